@@ -99,11 +99,8 @@ class PathKernel:
         path[0] = near
         centres = np.empty((len(path), self._sphere_count, 3))
         values = np.empty(len(path))
-        self._run(grips, path, centres.reshape(-1, 3), values)
-        # The compiler takes all numbers for finite: what is not must not pass as solved.
-        if self._scratch[0] < len(grips) or not np.isfinite(path).all():
-            return None
-        return ArmPath(path, centres, values)
+        solved = self._run(grips, path, centres.reshape(-1, 3), values)
+        return ArmPath(path, centres, values) if solved else None
 
     def solve(
         self, grip: Float64[np.ndarray, "7"], near: Float64[np.ndarray, "j"]
@@ -111,9 +108,7 @@ class PathKernel:
         """Return the joints for one pose of the grip; None when it is out of reach."""
         path = np.empty((2, len(near)))
         path[0] = near
-        self._run(grip[None], path, *self._none)
-        solved = self._scratch[0] == 1.0 and np.isfinite(path[1]).all()
-        return path[1] if solved else None
+        return path[1] if self._run(grip[None], path, *self._none) else None
 
     def joint_speed(
         self, joints: Float64[np.ndarray, "j"], velocity: Float64[np.ndarray, "2 3"]
@@ -123,8 +118,13 @@ class PathKernel:
         self._speeds(self._speeds_chain, joints[None], twist, speeds, *self._speeds_rest)
         return speeds
 
-    def _run(self, grips: np.ndarray, path: np.ndarray, *results: np.ndarray) -> None:
+    def _run(self, grips: np.ndarray, path: np.ndarray, *results: np.ndarray) -> bool:
+        """Fill path and results, and return whether all poses are within reach."""
+        # The compiler takes all numbers for finite: what is not must not pass as solved.
+        if not np.isfinite(grips).all():
+            return False
         self._follow(self._chain, grips, path, self._spheres, *results, *self._rest)
+        return bool(self._scratch[0] == len(grips) and np.isfinite(path).all())
 
 
 def compiled() -> tuple[CompiledKernel, CompiledKernel] | None:

@@ -93,7 +93,7 @@ class RobotGatewayService:
         """Time at which the moving obstacles were moved last [ns]."""
 
     def warm_up(self) -> None:
-        """Do nothing: the gateway compiles no kernels."""
+        """Do nothing: the kernels are loaded when the service is built."""
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Step the cell once."""

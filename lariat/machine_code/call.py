@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from ctypes import addressof, c_char
 from typing import Any
 
 import numpy as np
@@ -28,17 +29,22 @@ class _Array:
         self.structure = type("ArrayArgument", (ctypes.Structure,), fields)
 
     def pack(self, value: np.ndarray[Any, Any]) -> ctypes.Structure:
-        """Return an array's lengths and address.
+        """Return an array's lengths and address; an array that is packed stays as it is.
 
         Raises:
             TypeError: It is another array than the kernel takes.
         """
+        if type(value) is self.structure:
+            return value
         if value.dtype != self.dtype or value.ndim != self.ndim or not value.flags.c_contiguous:
             raise TypeError(
                 f"expected a contiguous array of {self.dtype} with {self.ndim} dimensions, got "
                 f"{value.dtype} with shape {value.shape} and strides {value.strides}"
             )
-        return self.structure(*value.shape[: self.outer], value.ctypes.data)
+        # NumPy's own way to the address takes three times as long, but knows every array.
+        plain = value.size and value.flags.writeable
+        address = addressof(c_char.from_buffer(value)) if plain else value.ctypes.data
+        return self.structure(*value.shape[: self.outer], address)
 
 
 class CompiledKernel:
@@ -55,6 +61,7 @@ class CompiledKernel:
         """
         self._function = function
         self._kinds = [_Array(c) if ":" in c else NUMBERS[c] for c in codes.split(",")]
+        self._packs: list[Any] = [k.pack if isinstance(k, _Array) else None for k in self._kinds]
         types = [k.structure if isinstance(k, _Array) else k for k in self._kinds]
         places = tuple((f"a{k}", kind) for k, kind in enumerate(types))
         self._arguments: Any = type("Arguments", (ctypes.Structure,), {"_fields_": places})
@@ -69,25 +76,33 @@ class CompiledKernel:
         function.restype = None
         function.argtypes = (ctypes.POINTER(self._context),)
 
-    def __call__(self, *arguments: np.ndarray[Any, Any] | float) -> None:
+    def packed(self, place: int, value: np.ndarray[Any, Any]) -> Any:
+        """Return an array as the argument at a place, for many calls; its memory must stay.
+
+        Raises:
+            TypeError: It is another array than the kernel takes.
+        """
+        argument = self._packs[place](value)
+        # An argument holds an address: the array lives as long.
+        argument.array = value
+        return argument
+
+    def __call__(self, *arguments: Any) -> None:
         """Run the kernel.
 
         Args:
-            arguments: The kernel's arguments.
+            arguments: The kernel's arguments: numbers, and arrays or what `packed` made of them.
 
         Raises:
             TypeError: An argument is another one than the kernel takes.
         """
         if len(arguments) != len(self._kinds):
             raise TypeError(f"expected {len(self._kinds)} arguments, got {len(arguments)}")
-        self.launch(
-            self._arguments(
-                *(
-                    kind.pack(value) if isinstance(kind, _Array) else value
-                    for kind, value in zip(self._kinds, arguments, strict=True)
-                )
-            )
-        )
+        values = [
+            value if pack is None else pack(value)
+            for pack, value in zip(self._packs, arguments, strict=True)
+        ]
+        self.launch(self._arguments(*values))
 
     def launch(self, arguments: ctypes.Structure) -> None:
         """Run the kernel on arguments that are laid out as Taichi passes them."""

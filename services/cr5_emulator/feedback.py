@@ -39,7 +39,6 @@ class FeedbackWriter:
             r["safety_state"] = 0xFF & ~(pressed | (1 << 4 if c.busy else 1 << 3))
         else:
             r["main_voltage"] = 24.0
-            r["elbow_position"] = 1e3 * c.geometry.frames(c.joints)[2, :3, 3]
         return r.tobytes()
 
     def _write_motion(self, r: np.ndarray) -> None:
@@ -48,7 +47,7 @@ class FeedbackWriter:
         r["q_target"], r["qd_target"] = np.degrees(c.target), np.degrees(c.target_speed)
         r["qdd_target"] = np.degrees(c.target_acceleration)
         r["q_actual"], r["qd_actual"] = np.degrees(c.joints), np.degrees(c.joint_speed)
-        T_user_base, T_flange_tool = np.linalg.inv(frames.transform(user)), frames.transform(tool)
+        T_user_base, T_flange_tool = frames.inverse(frames.transform(user)), frames.transform(tool)
         from_user = T_user_base[:3, :3]
         r["tcp_force"][:3] = from_user @ self._force()
         for name, joints, speed in (
@@ -56,6 +55,8 @@ class FeedbackWriter:
             ("target", c.target, c.target_speed),
         ):
             links = c.geometry.frames(joints)
+            if name == "actual" and not c.v4:
+                r["elbow_position"] = 1e3 * links[2, :3, 3]
             pose = T_user_base @ links[-1] @ T_flange_tool
             r[f"tool_vector_{name}"] = frames.vector(pose)
             r[f"{name}_quaternion"] = frames.quaternion(pose)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry import poses
 from services.cr5_emulator.kinematics import Transform
 
 Vector = Float64[np.ndarray, "6"]
@@ -13,7 +16,8 @@ Vector = Float64[np.ndarray, "6"]
 
 def transform(vector: Vector) -> Transform:
     """Convert a vector to a pose [m]."""
-    (cx, cy, cz), (sx, sy, sz) = np.cos(np.radians(vector[3:])), np.sin(np.radians(vector[3:]))
+    angles = [math.radians(angle) for angle in vector[3:]]
+    (cx, cy, cz), (sx, sy, sz) = map(math.cos, angles), map(math.sin, angles)
     T = np.eye(4)
     T[:3, :3] = [
         [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
@@ -26,24 +30,25 @@ def transform(vector: Vector) -> Transform:
 
 def vector(T: Transform) -> Vector:
     """Convert a pose to a vector; Rx is 0 where Ry is +-90 deg."""
-    level = np.hypot(T[0, 0], T[1, 0])
-    ry = np.arctan2(-T[2, 0], level)
-    if level > 1e-9:
-        rx, rz = np.arctan2(T[2, 1], T[2, 2]), np.arctan2(T[1, 0], T[0, 0])
-    else:
-        rx, rz = 0.0, np.arctan2(-T[0, 1], T[1, 1])
-    return np.concatenate([1e3 * T[:3, 3], np.degrees([rx, ry, rz])])
+    (a, b, _, x), (c, d, _, y), (e, f, g, z), _ = T.tolist()
+    level = math.hypot(a, c)
+    ry = math.atan2(-e, level)
+    rx, rz = (math.atan2(f, g), math.atan2(c, a)) if level > 1e-9 else (0.0, math.atan2(-b, d))
+    degrees = [math.degrees(angle) for angle in (rx, ry, rz)]
+    return np.array([1e3 * x, 1e3 * y, 1e3 * z, *degrees])
+
+
+def inverse(T: Transform) -> Transform:
+    """Return the inverse of a pose."""
+    found = np.eye(4)
+    found[:3, :3] = T[:3, :3].T
+    found[:3, 3] = -T[:3, 3] @ T[:3, :3]
+    return found
 
 
 def quaternion(T: Transform) -> Float64[np.ndarray, "4"]:
-    """Return the orientation as wxyz with w >= 0, by Bar-Itzhack's eigenvalue method."""
-    R = T[:3, :3]
-    K = np.empty((4, 4))
-    K[0, 0] = np.trace(R)
-    K[0, 1:] = K[1:, 0] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
-    K[1:, 1:] = R + R.T - np.trace(R) * np.eye(3)
-    q = np.linalg.eigh(K)[1][:, -1]
-    return q if q[0] >= 0.0 else -q
+    """Return the orientation as wxyz with w >= 0."""
+    return poses.from_matrix(T[:3, :3])
 
 
 def interpolate(start: Transform, end: Transform, progress: float) -> Transform:
@@ -97,12 +102,12 @@ def arc(start: Transform, through: Transform, end: Transform, full: bool) -> tup
 
 def in_frames(flange: Transform, user: Vector, tool: Vector) -> Transform:
     """Return the tool's pose in the user frame, for a flange pose in the base."""
-    return np.linalg.inv(transform(user)) @ flange @ transform(tool)
+    return inverse(transform(user)) @ flange @ transform(tool)
 
 
 def to_flange(pose: Transform, user: Vector, tool: Vector) -> Transform:
     """Return the flange pose in the base, for a tool pose in the user frame."""
-    return transform(user) @ pose @ np.linalg.inv(transform(tool))
+    return transform(user) @ pose @ inverse(transform(tool))
 
 
 def offset_pose(pose: Transform, offset: Transform, in_own_frame: bool) -> Transform:

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lariat.geometry.poses import Pose
+from lariat.geometry.poses import Pose, pose_difference
 from services.robot_gateway.drivers.driver import ArmFeedback, Driver
-from services.robot_gateway.motion.approach import is_away, pose_difference
+from services.robot_gateway.motion.approach import is_away
 from services.robot_gateway.motion.command_history import CommandHistory
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.safety.operator_commands import CommandRejected, OperatorCommand

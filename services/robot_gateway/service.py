@@ -93,7 +93,7 @@ class RobotGatewayService:
         """Time at which the moving obstacles were moved last [ns]."""
 
     def warm_up(self) -> None:
-        """Do nothing: the gateway compiles no kernels."""
+        """Do nothing: the kernels are loaded when the service is built."""
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Step the cell once."""
@@ -214,6 +214,7 @@ def build(
     driven = [k for k, driver in enumerate(drivers) if driver.moves]
     joints = [drivers[k].joint_constraints for k in driven]
     follower = SetpointFollower(limits, boundaries, starts, driven, joints)
+    follower.compile()
     follower.constraints.replace_obstacles(scenario.bodies)
     ends = [scenario.end(side) for side in SIDES]
     real = any(end.address for end in ends)

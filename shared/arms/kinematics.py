@@ -16,6 +16,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
+from shared.arms.path_kernel import MOST_JOINTS, SPEED_CUTOFF, ArmPath, PathKernel, compiled
 from shared.arms.serial_chain import SerialChain
 from shared.arms.sphere_cover import Cover, sphere_cover
 
@@ -70,6 +71,7 @@ class UrdfKinematics:
         self._chain = SerialChain(self._model, self._frame)
         self._T_world_base, self._T_flange_grip = T_world_base, T_flange_grip
         self._T_base_world, self._T_grip_flange = T_world_base.inverse(), T_flange_grip.inverse()
+        self._R_base_world = poses.matrix(self._T_base_world.orientation)
         self._se3_base_world = _to_se3(self._T_base_world)
         self._se3_grip_flange = _to_se3(self._T_grip_flange)
         low = np.array(self._model.lowerPositionLimit) + limit_margin
@@ -95,6 +97,26 @@ class UrdfKinematics:
         self._damping = NEWTON_DAMPING * np.eye(self._model.nq)
         self.posture: Joints | None = None
         """Joint angles near which an arm with more than six joints stays [rad]."""
+        self._kernel: PathKernel | None = None
+        self._latest: ArmPath | None = None
+        """Path that the kernel followed last: a check asks for its links and singularity."""
+
+    def compile(self) -> None:
+        """Solve paths by compiled code from now on, where it exists and knows such an arm."""
+        kernels = compiled() if self.joint_count <= MOST_JOINTS else None
+        if kernels is not None:
+            self._kernel = PathKernel(
+                kernels,
+                self._chain.joints,
+                (
+                    self._chain.flange,
+                    self._T_base_world,
+                    self._T_grip_flange,
+                    self._T_world_base,
+                ),
+                (self._sphere_columns, self._sphere_centres),
+                (NEWTON_DAMPING, NEWTON_STEP_LIMIT, POSE_TOLERANCE, NEWTON_ITERATIONS),
+            )
 
     @property
     def model(self) -> pinocchio.Model:
@@ -127,19 +149,20 @@ class UrdfKinematics:
         self, velocity: Float64[np.ndarray, "2 3"], flange: Pose
     ) -> Float64[np.ndarray, "2 3"]:
         """Return the twist of the grip in the world for one of the flange in the base."""
-        linear, angular = poses.rotate(self._T_world_base.orientation, velocity)
-        lever = poses.rotate(
-            (self._T_world_base @ flange).orientation, self._T_flange_grip.position
-        )
-        return np.stack([linear + poses.cross(angular, lever), angular])
+        lever = poses.rotate(flange.orientation, self._T_flange_grip.position)
+        angular = velocity[1]
+        twist = np.array([velocity[0] + poses.cross(angular, lever), angular])
+        return twist @ self._R_base_world
 
     def joint_speed(self, joints: Joints, velocity: Float64[np.ndarray, "2 3"]) -> Joints:
         """Return the joint speeds for a twist of the grip in the world [rad/s]."""
-        linear, angular = poses.rotate(self._T_base_world.orientation, velocity)
+        if self._kernel is not None:
+            return self._kernel.joint_speed(joints, velocity)
+        linear, angular = velocity @ self._R_base_world.T
         jacobian = self.jacobian(joints)
         lever = self._data.oMf[self._frame].rotation @ self._T_flange_grip.position
         twist = np.concatenate([linear - poses.cross(angular, lever), angular])
-        return np.linalg.lstsq(jacobian, twist, rcond=1e-6)[0]
+        return np.linalg.lstsq(jacobian, twist, rcond=SPEED_CUTOFF)[0]
 
     def jacobian(self, joints: Joints) -> Float64[np.ndarray, "6 j"]:
         """Return the Jacobian of the flange twist in the base, linear over angular [m/rad, -]."""
@@ -183,6 +206,8 @@ class UrdfKinematics:
 
         Damped Newton steps of bounded size on the logarithm of the pose error in SE(3).
         """
+        if self._kernel is not None:
+            return self._kernel.solve(np.concatenate([grip.position, grip.orientation]), near)
         goal = self._se3_base_world * _to_se3(grip) * self._se3_grip_flange
         joints = np.array(near, dtype=float)
         damping = self._damping
@@ -206,6 +231,30 @@ class UrdfKinematics:
                     posture = None
             joints = joints + step * min(1.0, NEWTON_STEP_LIMIT / max(_largest(step), 1e-12))
         return None
+
+    def follow(
+        self,
+        positions: Float64[np.ndarray, "m 3"],
+        orientations: Float64[np.ndarray, "m 4"],
+        near: Joints,
+    ) -> Float64[np.ndarray, "m+1 j"] | None:
+        """Return the joints along a path of the grip, each solved from those before.
+
+        Args:
+            positions: Positions of the grip [m].
+            orientations: Its orientations, wxyz.
+            near: Joints at the beginning, which the path begins with [rad].
+        """
+        if self._kernel is not None:
+            self._latest = self._kernel.follow(np.hstack([positions, orientations]), near)
+            return None if self._latest is None else self._latest.joints
+        rows = [near]
+        for pose in map(Pose, positions, orientations):
+            found = self.solve(pose, rows[-1])
+            if found is None:
+                return None
+            rows.append(found)
+        return np.array(rows)
 
     def solve_anywhere(self, grip: Pose) -> Joints | None:
         """Return the joints for a grip pose on the branch farthest from singularities, or None.
@@ -242,6 +291,8 @@ class UrdfKinematics:
         self, path: Float64[np.ndarray, "m j"]
     ) -> Float64[np.ndarray, "m"]:
         """Return the smallest singular value of the Jacobian along a path of the joints [m/rad]."""
+        if self._latest is not None and path is self._latest.joints:
+            return self._latest.singular_values
         return np.linalg.svd(self._chain.jacobians(path), compute_uv=False)[:, -1]
 
     def link_spheres(
@@ -255,6 +306,8 @@ class UrdfKinematics:
         Returns:
             Centres in the world, and radii [m].
         """
+        if self._latest is not None and path is self._latest.joints:
+            return self._latest.centres, self._sphere_radii
         of_sphere = self._chain.placements(path)[:, self._sphere_columns, :3]
         centres = np.einsum("mkij,kj->mki", of_sphere[..., :3], self._sphere_centres)
         return self._T_world_base.apply(centres + of_sphere[..., 3]), self._sphere_radii

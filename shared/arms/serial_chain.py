@@ -10,6 +10,9 @@ import numpy as np
 import pinocchio  # pyright: ignore[reportMissingImports]  # its wheel lives beside site-packages
 from jaxtyping import Float64
 
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+
 Path = Float64[np.ndarray, "m j"]
 """Joint angles at m poses [rad]."""
 
@@ -35,10 +38,18 @@ class SerialChain:
         zero = np.zeros(count)
         skew = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
         self._skew, self._skew_squared = skew, skew @ skew
-        self._flange = np.array(model.frames[flange].placement.translation)
-        """Flange in the frame of the last joint [m]."""
+        placement = model.frames[flange].placement
+        self.flange = Pose(
+            np.array(placement.translation), poses.from_matrix(np.array(placement.rotation))
+        )
+        """Pose of the flange in the last joint."""
         self._latest: tuple[Path, np.ndarray] | None = None
         """Copy of the path of the last placements, and these: a check asks for them twice."""
+
+    @property
+    def joints(self) -> tuple[Float64[np.ndarray, "j 4 4"], Float64[np.ndarray, "j 3"]]:
+        """Placement of each joint at angle zero in the one before it, and its axis there."""
+        return self._placements, self._axes
 
     def placements(self, path: Path) -> Float64[np.ndarray, "m j 4 4"]:
         """Return the placements of all joints in the root at each pose; not to be changed."""
@@ -64,7 +75,7 @@ class SerialChain:
         placements = self.placements(path)
         axes = (placements[..., :3, :3] @ self._axes[..., None])[..., 0]
         origins = placements[..., :3, 3]
-        flange = placements[:, -1, :3, :3] @ self._flange + origins[:, -1]
+        flange = placements[:, -1, :3, :3] @ self.flange.position + origins[:, -1]
         levers = flange[:, None] - origins
         linear = axes[..., [1, 2, 0]] * levers[..., [2, 0, 1]]
         linear -= axes[..., [2, 0, 1]] * levers[..., [1, 2, 0]]

@@ -31,6 +31,18 @@ class ArmKinematics(Protocol):
         """Return the joints for a grip pose in the world on the branch of `near`, if any."""
         ...
 
+    def follow(
+        self,
+        positions: Float64[np.ndarray, "m 3"],
+        orientations: Float64[np.ndarray, "m 4"],
+        near: Joints,
+    ) -> Float64[np.ndarray, "m+1 j"] | None:
+        """Return `near` and the joints along a path of the grip, each solved from those before.
+
+        None when a pose is out of reach.
+        """
+        ...
+
     def smallest_singular_values(
         self, path: Float64[np.ndarray, "m j"]
     ) -> Float64[np.ndarray, "m"]:

@@ -10,6 +10,7 @@ from shared.constraints.near_solids import NearSolids
 from shared.constraints.obstacle_scene import ObstacleScene
 from shared.constraints.slacks import Slacks
 from shared.constraints.sphere_distance import distances
+from shared.constraints.sphere_kernels import SphereKernels, finite
 
 EXACT_SLACK = 0.05
 """Slack above which the distance from an obstacle's bounding sphere to the box around the path
@@ -28,6 +29,8 @@ class CollisionConstraint:
         """
         self.keep_out = keep_out
         self.scene = ObstacleScene()
+        self.kernels: SphereKernels | None = None
+        """Compiled distances; None: those of NumPy."""
 
     def slacks(
         self,
@@ -47,6 +50,14 @@ class CollisionConstraint:
         if not len(radii):
             free = np.full(len(centres), np.inf)
             return {"keep_out": free, "table": free}
+        if self.kernels is not None:
+            found = np.full((len(centres), 2), np.nan)
+            if finite(centres):
+                rows = np.ascontiguousarray(centres).reshape(-1, 3)
+                self.kernels.sphere_slacks(
+                    rows, radii, self.scene.table, found, self.keep_out, EXACT_SLACK
+                )
+            return {"keep_out": found[:, 0], "table": found[:, 1]}
         table = [
             np.min(signed_distance(centres, o) - radii, axis=1) for o in self.scene.half_spaces
         ]

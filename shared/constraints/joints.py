@@ -110,14 +110,11 @@ class JointConstraints:
         """
         if self.joints is None:
             return "lost_link", 0.0
-        rows = [self.joints]
-        for k in solved:
-            found = self._solve(Pose(positions[k], orientations[k]), rows[-1])
-            if found is None:
-                # The reach ends where the arm is stretched out, which is singular.
-                return "singularity", 0.0
-            rows.append(found)
-        joints = np.array(rows)
+        joints = self.kinematics.follow(positions[solved], orientations[solved], self.joints)
+        if joints is None:
+            # The reach ends where the arm is stretched out, which is singular.
+            return "singularity", 0.0
+        self._solved = Pose(positions[solved[0]], orientations[solved[0]]), joints[1]
         self._links = Spheres(*self.kinematics.link_spheres(joints))
         if dt is not None:
             steps = np.diff(np.array(solved)) * dt
@@ -187,5 +184,5 @@ def solved_poses_of_stop(positions: Float64[np.ndarray, "m ends 3"]) -> list[int
     """
     longest = float(np.max(np.linalg.norm(positions[-1] - positions[0], axis=-1)))
     count = 2 + int(longest / MAX_SOLVED_STRIDE)
-    # A set of Python's: `np.unique` imports masked arrays, in the middle of the first motion.
-    return sorted(set(np.linspace(0, len(positions) - 1, count).round().astype(int).tolist()))
+    step = (len(positions) - 1) / (count - 1)
+    return sorted({*(round(k * step) for k in range(count - 1)), len(positions) - 1})

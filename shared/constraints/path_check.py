@@ -7,17 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from lariat.trajectory import MotionState, Stop
+from lariat.trajectory import MotionState
 from shared.constraints.joints import (
     JointConstraints,
     solved_poses_of_chunk,
     solved_poses_of_stop,
 )
 from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
-from shared.constraints.path_densification import densified, stop_times
+from shared.constraints.path_densification import densified
 from shared.constraints.rule import Rule
 from shared.constraints.slacks import Slacks, first_broken
 from shared.constraints.spacing import body_spacing_slack
@@ -60,6 +59,14 @@ class PathCheck:
         """Set the poses of all ends; those of the fixed ends stay."""
         self._positions = np.array([g.position for g in grips], dtype=float)
         self._orientations = np.array([g.orientation for g in grips], dtype=float)
+        self._fixed_grippers = {
+            end: self.constraints.gripper_spheres(
+                end, self._positions[None, end], self._orientations[None, end]
+            )
+            for end in range(len(grips))
+            if end not in self.driven
+        }
+        """Spheres that cover the grippers of the ends that do not move."""
 
     def track(self, state: MotionState) -> None:
         """Let the joints follow the commanded grips."""
@@ -118,28 +125,32 @@ class PathCheck:
         if not self.driven:
             return None
         solved = solved_poses_of_chunk(positions)
-        margin = CHUNK_BOUNDARY_MARGIN
-        return self._broken_by_arms(state, positions, orientations, solved, margin, dt)
+        path = (
+            np.concatenate([state.positions[None], positions]),
+            np.concatenate([state.orientations[None], orientations]),
+        )
+        return self._broken_by_arms(*path, solved, CHUNK_BOUNDARY_MARGIN, dt)
 
-    def broken_by_stop(self, state: MotionState, stop: Stop, present: MotionState) -> Rule | None:
+    def broken_by_stop(
+        self, state: MotionState, path: Float64[np.ndarray, "m driven 7"]
+    ) -> Rule | None:
         """Return the rule that a state or the stop after it breaks.
 
         Args:
             state: State from which the stop begins.
-            stop: The stop.
-            present: Present command; what it breaks already may only get better.
+            path: Positions and orientations of the driven grips: the present ones, which may only
+                get better where they break a rule, then those along the stop.
         """
         for k, joints in self.joint_constraints:
             grip = Pose(state.positions[k], state.orientations[k])
             if joints.too_fast(grip, state.twists[k]):
                 return "joint_speed"
-        moved = stop.at(stop_times(stop))[0]
-        positions = state.positions + moved[:, :, 0]
-        turned = poses.multiply(poses.exponential(moved[:, :, 1]), state.orientations[None])
-        found = self._broken_by_grippers(present, positions, turned)
+        positions, orientations = path[..., :3], path[..., 3:]
+        found = first_broken(self.constraints.slacks(*self._all_ends(positions, orientations)))
         if not found and self.driven:
-            solved = solved_poses_of_stop(positions)
-            found = self._broken_by_arms(present, positions, turned, solved)
+            solved = solved_poses_of_stop(positions[1:])
+            centres = self.constraints.centres
+            found = self._broken_by_arms(positions, orientations, solved, centres=centres)
         return found[0] if found else None
 
     def broken_by_arms(
@@ -176,8 +187,11 @@ class PathCheck:
         if found or len(self._positions) != 2 or len(measured) < len(self.joint_constraints):
             return found
         left, right = self._bodies(*path)
-        keep_out = self.constraints.collision.keep_out
-        return _worse({"spacing": body_spacing_slack(left, right, keep_out)}, MEASURED_TOLERANCE)
+        collision = self.constraints.collision
+        keep_out, kernels = collision.keep_out, collision.kernels
+        return _worse(
+            {"spacing": body_spacing_slack(left, right, keep_out, kernels)}, MEASURED_TOLERANCE
+        )
 
     def _broken_by_grippers(
         self,
@@ -201,44 +215,53 @@ class PathCheck:
 
     def _broken_by_arms(
         self,
-        present: MotionState,
         positions: Positions,
         orientations: Orientations,
         solved: list[int],
         margin: float = 0.0,
         dt: float | None = None,
+        centres: Float64[np.ndarray, "m k 3"] | None = None,
     ) -> tuple[Rule, float] | None:
         """Return the rule that the joints and bodies of the arms break along a path.
 
         Args:
-            solved: Indices of the poses that are checked.
+            positions: Positions of the driven grips, the present ones first [m].
+            orientations: Their orientations, wxyz.
+            solved: Indices of the poses that are checked, counted after the present one.
             dt: Time between two poses [s]; None where they are not evenly spaced in time.
+            centres: Centres of the driven grippers' spheres along the path, if known [m].
         """
         collision = self.constraints.collision
         for k, joints in self.joint_constraints:
-            path = positions[:, k], orientations[:, k]
+            path = positions[1:, k], orientations[1:, k]
             found = joints.broken(*path, solved, collision, margin, dt)
             if found:
                 return found
         if len(self._positions) != 2:
             return None
-        rows = np.concatenate([present.positions[None], positions[solved]])
-        turns = np.concatenate([present.orientations[None], orientations[solved]])
-        left, right = self._bodies(*self._all_ends(rows, turns))
+        rows = [0, *(1 + k for k in solved)]
+        known = None if centres is None else centres[rows]
+        left, right = self._bodies(*self._all_ends(positions[rows], orientations[rows]), known)
         return first_broken(
-            {"spacing": body_spacing_slack(left, right, collision.keep_out)}, margin
+            {"spacing": body_spacing_slack(left, right, collision.keep_out, collision.kernels)},
+            margin,
         )
 
     def _bodies(
         self,
         positions: Float64[np.ndarray, "m ends 3"],
         orientations: Float64[np.ndarray, "m ends 4"],
+        centres: Float64[np.ndarray, "m k 3"] | None = None,
     ) -> list[Spheres]:
         """Return the bodies of each end along the path whose joints have just been checked."""
         arms = {self.driven[k]: joints for k, joints in self.joint_constraints}
         rows = []
         for end in range(positions.shape[1]):
-            gripper = self.constraints.gripper_spheres(end, positions[:, end], orientations[:, end])
+            pose = positions[:, end], orientations[:, end]
+            if end in self._fixed_grippers:
+                gripper = self._fixed_grippers[end].repeated(len(positions))
+            else:
+                gripper = self.constraints.gripper_spheres(end, *pose, centres)
             arm = [arms[end].spheres()] if end in arms else []
             rows.append(Spheres.joined([gripper, *arm]))
         return rows

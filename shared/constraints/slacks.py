@@ -26,7 +26,7 @@ def first_broken(slacks: Slacks, margin: float = 0.0) -> tuple[Rule, float] | No
         margin: Slack that is demanded beyond zero [m, rad].
     """
     for rule, slack in slacks.items():
-        least = float(np.min(slack[1:], initial=np.inf))
+        least = float(slack[1:].min(initial=np.inf))
         # Fail closed: a slack that is not a number breaks its rule.
         if not least >= min(margin, float(slack[0])) - SLACK_TOLERANCE:
             return rule, margin - least

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from shared.constraints.sphere_distance import Spheres, sphere_distances
+from shared.constraints.sphere_kernels import SphereKernels, finite
 
 
 def grip_distances(positions: Float64[np.ndarray, "m 2 3"]) -> Float64[np.ndarray, "m"]:
@@ -16,12 +17,25 @@ def grip_distances(positions: Float64[np.ndarray, "m 2 3"]) -> Float64[np.ndarra
     return np.linalg.norm(positions[:, 1] - positions[:, 0], axis=1)
 
 
-def body_spacing_slack(left: Spheres, right: Spheres, keep_out: float) -> Float64[np.ndarray, "m"]:
+def body_spacing_slack(
+    left: Spheres, right: Spheres, keep_out: float, kernels: SphereKernels | None = None
+) -> Float64[np.ndarray, "m"]:
     """Return the slack of the distance between the bodies of both ends at m poses [m].
 
     Args:
         left: Spheres that cover the left end.
         right: Spheres that cover the right end.
         keep_out: Least distance between their surfaces [m].
+        kernels: Compiled distances; None: those of NumPy.
     """
-    return sphere_distances(left, right) - keep_out
+    if kernels is None or not (finite(left.centres) and finite(right.centres)):
+        return sphere_distances(left, right) - keep_out
+    distances = np.empty(len(left.centres))
+    kernels.least_distances(
+        left.centres.reshape(-1, 3),
+        left.radii,
+        right.centres.reshape(-1, 3),
+        right.radii,
+        distances,
+    )
+    return distances - keep_out

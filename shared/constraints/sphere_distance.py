@@ -38,9 +38,15 @@ class Spheres:
         points = positions[:, None] + poses.rotate(orientations[:, None], centres[None])
         return cls(points, np.full(len(centres), radius))
 
+    def repeated(self, count: int) -> Spheres:
+        """Return spheres of one pose as those of several."""
+        return Spheres(np.repeat(self.centres, count, axis=0), self.radii)
+
     @classmethod
     def joined(cls, parts: Sequence[Spheres]) -> Spheres:
         """Return the spheres of several bodies at the same poses as one set."""
+        if len(parts) == 1:
+            return parts[0]
         return cls(
             np.concatenate([p.centres for p in parts], axis=1),
             np.concatenate([p.radii for p in parts]),

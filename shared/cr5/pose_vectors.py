@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Float64
 
@@ -11,13 +13,18 @@ from lariat.geometry.poses import Pose
 
 def pose_from_vector(vector: Float64[np.ndarray, "6"]) -> Pose:
     """Convert X, Y, Z [mm], Rx, Ry, Rz [deg] to a pose [m]."""
-    halves = np.radians(np.asarray(vector[3:], dtype=float)) / 2.0
-    x, y, z = (
-        np.array([np.cos(h), *(np.sin(h) * axis)])
-        for h, axis in zip(halves, np.eye(3), strict=True)
+    x, y, z, *angles = np.asarray(vector, dtype=float).tolist()
+    halves = [math.radians(angle) / 2.0 for angle in angles]
+    (cx, cy, cz), (sx, sy, sz) = map(math.cos, halves), map(math.sin, halves)
+    q = np.array(
+        [
+            cz * cy * cx + sz * sy * sx,
+            cz * cy * sx - sz * sy * cx,
+            cz * sy * cx + sz * cy * sx,
+            sz * cy * cx - cz * sy * sx,
+        ]
     )
-    q = poses.multiply(z, poses.multiply(y, x))
-    return Pose(np.asarray(vector[:3], dtype=float) / 1e3, q)
+    return Pose(np.array([x, y, z]) / 1e3, q)
 
 
 def vector_from_pose(pose: Pose) -> Float64[np.ndarray, "6"]:

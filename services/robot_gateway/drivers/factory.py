@@ -72,6 +72,7 @@ def _cr5(scenario: Scenario, side: Side, start: Pose, link: Link | None, emulato
     end = scenario.end(side)
     kinematics = kinematics_of(end)
     start_joints(kinematics, start, side)  # raises when the start is out of reach
+    kinematics.compile()
     if link is None:
         host = end.address or emulator
         if not host:
@@ -119,6 +120,7 @@ def _joint_arm(scenario: Scenario, side: Side, start: Pose) -> Driver:
             f"ends.{side}: the start grip at {start.position.round(3).tolist()} m is out of the "
             f"reach of {urdf.name}; move base_position or turn the tool"
         )
+    kinematics.compile()
     joint_speed = scenario.limits.joint_speed
     setup = ArmSetup(side, end.address, urdf, flange, joints, joint_speed)
     arm: Arm = named.create(("enable", "disable", "set_gripper", "step", "close"), setup)

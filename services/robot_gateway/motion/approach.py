@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lariat.geometry import poses
-from lariat.geometry.poses import Pose
+from lariat.geometry.poses import Pose, pose_difference
 from lariat.trajectory import SetpointChunk, Spline
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.motion.validation import ChunkRefused
@@ -48,12 +48,6 @@ class ApproachSettings:
 
 SETTINGS = ApproachSettings()
 """Settings that every cell uses."""
-
-
-def pose_difference(a: Pose, b: Pose) -> tuple[float, float]:
-    """Return distance and angle between two poses [m, rad]."""
-    turn = poses.logarithm(poses.multiply(b.orientation, poses.conjugate(a.orientation)))
-    return float(np.linalg.norm(b.position - a.position)), float(np.linalg.norm(turn))
 
 
 def is_away(grip: Pose, start: Pose) -> bool:

@@ -5,14 +5,14 @@ It computes the commanded poses; `safety` decides whether the arms may move.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
-from lariat.geometry.poses import Pose
+from lariat.geometry.poses import Pose, pose_difference
 from lariat.trajectory import (
     NANOSECONDS,
     Blend,
@@ -21,9 +21,13 @@ from lariat.trajectory import (
     SetpointChunk,
     Spline,
 )
-from services.robot_gateway.motion import validation
+from services.robot_gateway.motion import motion_kernels, validation
 from services.robot_gateway.motion.chunk_check import ChunkCheck
-from services.robot_gateway.motion.reference_tracking import Braking, ReferenceTracker
+from services.robot_gateway.motion.reference_tracking import (
+    Braking,
+    NextCommand,
+    ReferenceTracker,
+)
 from services.robot_gateway.motion.validation import ChunkTolerances
 from shared.constraints.joints import JointConstraints
 from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
@@ -75,9 +79,19 @@ class SetpointFollower:
         self.limits = limits
         self.tracker = ReferenceTracker(self.limits)
         self.paths = PathCheck(boundaries, self.driven, joint_constraints)
+        self._blend: Callable[[Spline, MotionState, int, float], Blend] = Blend
         self.stops = 0
         """Number of times that the command was halted or placed: what arrived before is void."""
         self.place(starts)
+
+    def compile(self) -> None:
+        """Follow and check by compiled code from now on, where it exists."""
+        self.paths.constraints.compile()
+        found = motion_kernels.compiled()
+        if found is not None and self.driven:
+            reference, command = found
+            self._blend = partial(motion_kernels.CompiledBlend, reference)
+            self.tracker = motion_kernels.CompiledTracker(command, self.tracker)
 
     @property
     def constraints(self) -> MotionConstraints:
@@ -130,10 +144,11 @@ class SetpointFollower:
 
     def _gap(self, target: MotionState) -> tuple[float, float]:
         """Return distance and angle from the command to a state, of the farthest end [m, rad]."""
-        back = poses.conjugate(self.state.orientations)
-        turn = poses.logarithm(poses.multiply(target.orientations, back))
-        gap = target.positions - self.state.positions
-        return _longest(gap), _longest(turn)
+        distance = angle = 0.0
+        for p, q in zip(self.state.grips, target.grips, strict=True):
+            gap, turn = pose_difference(p, q)
+            distance, angle = max(distance, gap), max(angle, turn)
+        return distance, angle
 
     def check(self, chunk: SetpointChunk, now: int, offset: int = 0) -> Spline:
         """Return the curve of a chunk that may be followed, all pieces checked at once.
@@ -185,7 +200,7 @@ class SetpointFollower:
         # A quintic offset of size d takes accelerations of up to 5.8 d / T^2, half of the limit.
         wanted = np.maximum(np.sqrt(11.5 * gap / limit), 4.0 * slip / limit)
         duration = float(np.clip(np.max(wanted, initial=0.0), *self.settings.blend_time))
-        self._reference = Blend(spline, self.state, now, duration)
+        self._reference = self._blend(spline, self.state, now, duration)
 
     def halt(self) -> None:
         """Begin the stop that has been checked."""
@@ -209,11 +224,10 @@ class SetpointFollower:
         rule = None
         if self._reference is not None and not brake:
             present = self._reference(before)
-            wanted = self.tracker.step(self.state, present, self._reference(now), h)
-            braking = Braking(self.tracker.stop(wanted))
-            rule = self._broken(wanted, braking)
+            command = self.tracker.advance(self.state, present, self._reference(now), h)
+            rule = self._broken(command)
             if rule is None:
-                self.state, self._braking = wanted, braking
+                self.state, self._braking = command.state, Braking(command.stop)
                 self.paths.track(self.state)
                 return None
         if not self.state.resting:
@@ -228,12 +242,8 @@ class SetpointFollower:
             (Pose(p, q), v) for p, q, v in zip(s.positions, s.orientations, s.twists, strict=True)
         ]
 
-    def _broken(self, state: MotionState, braking: Braking) -> Rule | None:
-        """Return the rule that a state or the stop after it breaks."""
-        if self.tracker.too_fast(state):
+    def _broken(self, command: NextCommand) -> Rule | None:
+        """Return the rule that a command or the stop after it breaks."""
+        if command.too_fast:
             return "speed"
-        return self.paths.broken_by_stop(state, braking.stop, self.state)
-
-
-def _longest(vectors: Float64[np.ndarray, "n 3"]) -> float:
-    return float(np.max(np.linalg.norm(vectors, axis=-1), initial=0.0))
+        return self.paths.broken_by_stop(command.state, command.path)

@@ -13,6 +13,7 @@ the stop after it has been checked too; otherwise the known stop goes on.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
@@ -21,6 +22,7 @@ from lariat.geometry import poses
 from lariat.trajectory import MotionLimits, MotionState, Stop, clipped, peak_twists
 from lariat.trajectory.limits import Bounds, norms
 from lariat.trajectory.state import Vectors
+from shared.constraints.path_densification import stop_times
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,20 @@ class Braking:
         after, twists, accelerations = self.stop.at(self.elapsed + h)
         state = state.moved(after - before, twists, accelerations)
         return state, replace(self, elapsed=self.elapsed + h)
+
+
+class NextCommand(NamedTuple):
+    """Command after a step, not yet checked."""
+
+    state: MotionState
+    """The command."""
+    stop: Stop
+    """Stop that would follow it."""
+    path: Float64[np.ndarray, "m k 7"]
+    """Positions and orientations of the grips at which it is checked: the present ones, then those
+    along the stop."""
+    too_fast: bool
+    """Whether the speed exceeds its limit, or will before the stop takes effect."""
 
 
 class ReferenceTracker:
@@ -110,10 +126,35 @@ class ReferenceTracker:
             new,
         )
 
+    def advance(
+        self, state: MotionState, now: MotionState, then: MotionState, h: float
+    ) -> NextCommand:
+        """Return the command a time `h` [s] later with the stop after it.
+
+        Args:
+            state: Present command.
+            now: Reference at the present time.
+            then: Reference at the end of the step.
+            h: Duration of the step [s].
+        """
+        wanted = self.step(state, now, then, h)
+        stop = self.stop(wanted)
+        moved = stop.at(stop_times(stop))[0]
+        turned = poses.multiply(poses.exponential(moved[:, :, 1]), wanted.orientations[None])
+        positions = np.concatenate([state.positions[None], wanted.positions + moved[:, :, 0]])
+        orientations = np.concatenate([state.orientations[None], turned])
+        path = np.concatenate([positions, orientations], axis=-1)
+        return NextCommand(wanted, stop, path, self.too_fast(wanted))
+
+    @property
+    def too_fast_bounds(self) -> Bounds:
+        """Speeds above which a command is too fast [m/s, rad/s]."""
+        return self.limits.speed_bounds * (1.0 + self.settings.speed_tolerance)
+
     def too_fast(self, state: MotionState) -> bool:
         """Return whether the speed exceeds its limit, or will before a stop takes effect."""
         peak = peak_twists(state.twists, state.accelerations, self.limits)
-        allowed = self.limits.speed_bounds * (1.0 + self.settings.speed_tolerance)
+        allowed = self.too_fast_bounds
         return bool(np.any(norms(peak) > allowed) or np.any(norms(state.twists) > allowed))
 
     def stop(self, state: MotionState) -> Stop:

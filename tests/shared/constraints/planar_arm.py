@@ -25,6 +25,13 @@ class PlanarArm:
         elbow = np.arccos(cosine)
         return np.array([np.arctan2(y, x) - elbow / 2.0, elbow])
 
+    def follow(
+        self, positions: np.ndarray, orientations: np.ndarray, near: np.ndarray
+    ) -> np.ndarray | None:
+        rows = [self.solve(pose, near) for pose in map(Pose, positions, orientations)]
+        found = [row for row in rows if row is not None]
+        return np.array([near, *found]) if len(found) == len(rows) else None
+
     def smallest_singular_values(self, path: np.ndarray) -> np.ndarray:
         return np.linalg.svd([self.jacobian(row) for row in path], compute_uv=False)[:, -1]
 

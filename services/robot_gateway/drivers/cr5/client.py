@@ -275,7 +275,9 @@ class Cr5Client:
 
     def _at_rest(self) -> bool:
         packet = self.feedback
-        return packet is not None and bool(np.all(np.abs(packet["qd_actual"]) < REST_SPEED))
+        return packet is not None and all(
+            -REST_SPEED < speed < REST_SPEED for speed in packet["qd_actual"].tolist()
+        )
 
     def _read(self) -> None:
         self._read_feedback(self._connection.streams[FEEDBACK_PORT].receive())

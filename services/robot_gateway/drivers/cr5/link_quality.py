@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from itertools import pairwise
 
 from shared.service import SECOND
 
@@ -17,6 +16,8 @@ class LinkQuality:
     def __init__(self) -> None:
         self._arrivals: deque[tuple[int, int]] = deque()
         """Time [ns], and number of packets up to it."""
+        self._gaps: deque[tuple[int, int]] = deque()
+        """End and length of each gap that no later one exceeds [ns], the longest one first."""
 
     def update(self, received: int | None, count: int, now: int) -> None:
         """Advance to a time.
@@ -27,19 +28,28 @@ class LinkQuality:
             now: Present time [ns].
         """
         if received is not None and (not self._arrivals or received > self._arrivals[-1][0]):
+            if self._arrivals:
+                gap = received - self._arrivals[-1][0]
+                while self._gaps and self._gaps[-1][1] <= gap:
+                    self._gaps.pop()
+                self._gaps.append((received, gap))
             self._arrivals.append((received, count))
         # One packet older than the window is kept, for a gap that reaches into the window.
         while len(self._arrivals) > 1 and now - self._arrivals[1][0] > RATE_WINDOW:
             self._arrivals.popleft()
+        while self._gaps and self._gaps[0][0] <= self._arrivals[0][0]:
+            self._gaps.popleft()
 
     def rate(self, now: int) -> float:
-        """Return the packets within the last second [Hz]."""
-        counts = [count for time, count in self._arrivals if now - time > RATE_WINDOW]
-        return float(self._arrivals[-1][1] - max(counts, default=0)) if self._arrivals else 0.0
+        """Return the packets within the last second [Hz], for the time of the last update."""
+        if not self._arrivals:
+            return 0.0
+        time, before = self._arrivals[0]
+        return float(self._arrivals[-1][1] - (before if now - time > RATE_WINDOW else 0))
 
     def gap(self, now: int) -> float:
         """Return the longest time without a packet within the last second, up to now [s]."""
         if not self._arrivals:
             return 0.0
-        times = [*(time for time, _ in self._arrivals), now]
-        return 1e-9 * max(b - a for a, b in pairwise(times))
+        longest = self._gaps[0][1] if self._gaps else 0
+        return 1e-9 * max(longest, now - self._arrivals[-1][0])

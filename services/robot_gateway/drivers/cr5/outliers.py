@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 JOINT_SPEED_LIMIT = 360.0
@@ -30,7 +32,11 @@ class OutlierFilter:
         then, other = before
         shortest, longest = PACKET_INTERVALS
         seconds = min(max((now - then) * 1e-9, shortest), longest)
-        joints = np.max(np.abs(packet["q_actual"] - other["q_actual"]))
-        moved = np.linalg.norm(packet["tool_vector_actual"][:3] - other["tool_vector_actual"][:3])
-        joints_fit = joints <= JOINT_TOLERANCE + JOINT_SPEED_LIMIT * seconds
-        return bool(joints_fit and moved <= FLANGE_TOLERANCE + FLANGE_SPEED_LIMIT * seconds)
+        joints, moved = (
+            [a - b for a, b in zip(packet[name].tolist(), other[name].tolist(), strict=True)]
+            for name in ("q_actual", "tool_vector_actual")
+        )
+        step = JOINT_TOLERANCE + JOINT_SPEED_LIMIT * seconds
+        joints_fit = all(-step <= joint <= step for joint in joints)
+        reach = FLANGE_TOLERANCE + FLANGE_SPEED_LIMIT * seconds
+        return joints_fit and math.hypot(*moved[:3]) <= reach

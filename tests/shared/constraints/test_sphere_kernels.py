@@ -1,0 +1,117 @@
+"""Compiled distances against those of NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from lariat.geometry.grippers import gripper_bodies
+from lariat.geometry.obstacles import TABLE, Obstacle
+from shared.constraints.collision import EXACT_SLACK
+from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
+from shared.constraints.slacks import Slacks
+from shared.constraints.spacing import body_spacing_slack
+from shared.constraints.sphere_distance import Spheres
+from shared.constraints.sphere_kernels import SphereKernels
+
+KERNELS = SphereKernels.compiled()
+TURNED = (0.8, 0.0, 0.6, 0.0)
+OBSTACLES = (
+    Obstacle("cylinder", (0.1, 0.0, 0.1), TURNED, radius=0.05, height=0.2, name="cylinder"),
+    Obstacle("box", (-0.1, 0.1, 0.1), TURNED, size=(0.1, 0.2, 0.05), name="box"),
+    Obstacle("sphere", (0.0, -0.1, 0.2), radius=0.06, name="sphere"),
+    Obstacle("capsule", (0.2, 0.2, 0.1), TURNED, radius=0.04, height=0.1, name="capsule"),
+    Obstacle("box", (5.0, 0.1, 0.1), size=(0.1, 0.2, 0.05), name="far"),
+    Obstacle("half_space", (0.0, 0.0, 0.0), (0.98, 0.2, 0.0, 0.0), name="slope"),
+    TABLE,
+)
+
+pytestmark = pytest.mark.skipif(KERNELS is None, reason="needs an assembler")
+
+
+def constraints(
+    driven: Sequence[int], obstacles: Sequence[Obstacle], compiled: bool
+) -> MotionConstraints:
+    boundaries = CellBoundaries(
+        rope_length=2.0,
+        workspace=((-0.4, -0.4, -0.1), (0.4, 0.4, 0.5)),
+        bodies=gripper_bodies(0.1, 0.02),
+        regions=(Obstacle("sphere", (0.0, 0.0, 0.0), radius=0.5, keep_in=True),),
+    )
+    made = MotionConstraints(boundaries, driven)
+    if compiled:
+        made.compile()
+    made.replace_obstacles(obstacles)
+    return made
+
+
+def path(rng: np.random.Generator, poses: int = 7) -> tuple[np.ndarray, np.ndarray]:
+    centre, spread = rng.uniform(-0.3, 0.4, (1, 2, 3)), rng.uniform(0.001, 0.1)
+    turns = rng.normal(size=(poses, 2, 4))
+    turns /= np.linalg.norm(turns, axis=-1, keepdims=True)
+    return centre + spread * rng.normal(size=(poses, 2, 3)), turns
+
+
+def assert_same(found: Slacks, expected: Slacks) -> None:
+    assert list(found) == list(expected)
+    for rule, slack in expected.items():
+        # From there on a slack is a lower bound.
+        close = (slack < EXACT_SLACK) | (found[rule] < EXACT_SLACK)
+        np.testing.assert_allclose(found[rule][close], slack[close], rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("driven", [(0, 1), (0,), (1,)])
+def test_slacks_of_grippers_are_those_of_numpy(driven: tuple[int, ...]) -> None:
+    plain, compiled = (constraints(driven, OBSTACLES, on) for on in (False, True))
+    rng = np.random.default_rng(0)
+    for _ in range(100):
+        poses = path(rng)
+        assert_same(compiled.slacks(*poses), plain.slacks(*poses))
+
+
+def test_a_scene_that_changes_counts_at_once() -> None:
+    plain, compiled = (constraints((0, 1), (), on) for on in (False, True))
+    rng = np.random.default_rng(1)
+    for count in (2, 7, 1, 0):
+        poses = path(rng)
+        for made in (plain, compiled):
+            made.replace_obstacles(OBSTACLES[:count])
+        assert_same(compiled.slacks(*poses), plain.slacks(*poses))
+
+
+def test_slacks_of_links_are_those_of_numpy() -> None:
+    plain, compiled = (constraints((0,), OBSTACLES, on) for on in (False, True))
+    rng = np.random.default_rng(2)
+    for _ in range(100):
+        centres = rng.uniform(-0.3, 0.4, 3) + 0.1 * rng.normal(size=(5, 21, 3))
+        radii = rng.uniform(0.01, 0.06, 21)
+        assert_same(
+            compiled.collision.slacks(centres, radii), plain.collision.slacks(centres, radii)
+        )
+
+
+def test_numbers_that_are_not_finite_break_the_rules() -> None:
+    compiled = constraints((0, 1), OBSTACLES, True)
+    positions, turns = path(np.random.default_rng(3))
+    positions[2, 0, 1] = np.nan
+    slacks = compiled.slacks(positions, turns)
+    for rule in ("workspace", "keep_out", "table"):
+        assert np.isnan(np.min(slacks[rule]))
+    centres = np.full((2, 3, 3), np.nan)
+    assert np.isnan(compiled.collision.slacks(centres, np.ones(3))["keep_out"]).all()
+
+
+def test_distance_between_bodies_is_that_of_numpy() -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(50):
+        left, right = (
+            Spheres(0.2 * rng.normal(size=(6, k, 3)), rng.uniform(0.01, 0.08, k)) for k in (9, 4)
+        )
+        np.testing.assert_allclose(
+            body_spacing_slack(left, right, 0.005, KERNELS),
+            body_spacing_slack(left, right, 0.005),
+            rtol=0.0,
+            atol=1e-12,
+        )

@@ -21,15 +21,17 @@ last linear solve predicted, and the number of iterations does not depend on the
 import taichi as ti
 
 from lariat.rod.kernels.addressing import hessian_index, orientation_at, position_at, scalar
-from lariat.rod.kernels.memory import add, bounded_index, load3, load4, store
+from lariat.rod.kernels.memory import (add, bounded, bounded_index, lane_count, load3, load4, load_lane3, load_lane4, load_lane33, load_lane_symmetric, store, store_lane, store_lane33, store_lane_symmetric)
 from lariat.rod.kernels.obstacle_contact import obstacle_contacts
-from lariat.rod.kernels.rotations import cross_matrix, rotation_matrix
-from lariat.rod.kernels.step_terms import bend_rotation, inertia_terms, step_times
+from lariat.rod.kernels.rotations import (cross_matrix, left_jacobian_inverse, log_coefficients, logarithm, relative_rotation, rotation_matrix)
+from lariat.rod.kernels.step_terms import inertia_terms, step_times
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import HessianPart, Task
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
     HISTORY_SLOTS,
+    LANE_COUNT,
+    LANE_STRIDE,
     EffectiveBend,
     Header,
     Scalar,
@@ -186,39 +188,61 @@ def bend_energy(
         g = rod + ni[Section.GRADIENT]
         h = hessian_index(ni, rod, step)
         energy = 0.0
-        for j in range(n - 2):
-            u, left_inverse, c, d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
-            effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
-            stiffness = load3(w, effective + EffectiveBend.STIFFNESS)
-            rest = load3(w, effective + EffectiveBend.REST)
-            moment = stiffness * (u - rest)
-            energy += 0.5 * moment.dot(u - rest)
-            right_inverse = left_inverse.transpose()
-            add(w, g + 6 * j + 3, -(right_inverse @ moment))
-            add(w, g + 6 * j + 9, left_inverse @ moment)
-            if arg != HessianPart.NONE:
+        lanes = bounded(rod + ni[Section.LANES])
+        curved = ti.select(exact, 1.0, 0.0)
+        for strip in range((n - 2 + LANE_COUNT - 1) // LANE_COUNT):
+            first = LANE_COUNT * strip
+            count = ti.min(LANE_COUNT, n - 2 - first)
+            for k in range(count):
+                effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * (first + k)
+                q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, first + k))
+                store_lane(w, lanes + k, 0, q)
+                store_lane(w, lanes + k, 4, load3(w, effective + EffectiveBend.STIFFNESS))
+                store_lane(w, lanes + k, 7, load3(w, effective + EffectiveBend.REST))
+            q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, first + count))
+            store_lane(w, lanes + count, 0, q)
+            for k in range(lane_count(count)):
+                at = lanes + k
+                rotation = relative_rotation(load_lane4(w, at, 0), load_lane4(w, at + 1, 0))
+                u = logarithm(rotation)
+                c, d = log_coefficients(rotation)
+                left_inverse = left_jacobian_inverse(u, c)
+                stiffness = load_lane3(w, at, 4)
+                bent = u - load_lane3(w, at, 7)
+                moment = stiffness * bent
+                right_inverse = left_inverse.transpose()
+                w[at + LANE_STRIDE * 10] = 0.5 * moment.dot(bent)
+                store_lane(w, at, 11, right_inverse @ moment)
+                store_lane(w, at, 14, left_inverse @ moment)
                 front_factor = left_inverse
                 rear_factor = right_inverse
                 for a in ti.static(range(3)):
                     for b in ti.static(range(3)):
                         front_factor[a, b] *= stiffness[b]
                         rear_factor[a, b] *= stiffness[b]
-                if exact:
-                    # -c ([u x m]x + [u]x [m]x) + d (u x (u x m)) u^T, in outer products.
-                    u_moment = u.dot(moment)
-                    moment_cross = cross_matrix(moment)
-                    along = d * (u_moment * u - u.dot(u) * moment) - 2.0 * c * moment
-                    curvature_term = (c * u).outer_product(moment) + along.outer_product(u)
-                    for a in ti.static(range(3)):
-                        curvature_term[a, a] += c * u_moment
-                    front_factor += curvature_term + 0.5 * moment_cross
-                    rear_factor += curvature_term - 0.5 * moment_cross
-                first_block = rear_factor @ left_inverse
-                second_block = front_factor @ right_inverse
-                m = bounded_index(h + 6 * j + 3)
-                w33[m] = w33[m] + 0.5 * (first_block + first_block.transpose())
-                w33[m + 6] = w33[m + 6] + 0.5 * (second_block + second_block.transpose())
-                w33[m + 2] = -(front_factor @ left_inverse)
+                # -c ([u x m]x + [u]x [m]x) + d (u x (u x m)) u^T, in outer products.
+                u_moment = u.dot(moment)
+                moment_cross = (0.5 * curved) * cross_matrix(moment)
+                along = curved * (d * (u_moment * u - u.dot(u) * moment) - 2.0 * c * moment)
+                curvature_term = (curved * c * u).outer_product(moment) + along.outer_product(u)
+                for a in ti.static(range(3)):
+                    curvature_term[a, a] += curved * c * u_moment
+                front_factor += curvature_term + moment_cross
+                rear_factor += curvature_term - moment_cross
+                store_lane_symmetric(w, at, 17, rear_factor @ left_inverse)
+                store_lane_symmetric(w, at, 23, front_factor @ right_inverse)
+                store_lane33(w, at, 29, -(front_factor @ left_inverse))
+            for k in range(count):
+                j = first + k
+                at = lanes + k
+                energy += w[at + LANE_STRIDE * 10]
+                add(w, g + 6 * j + 3, -load_lane3(w, at, 11))
+                add(w, g + 6 * j + 9, load_lane3(w, at, 14))
+                if arg != HessianPart.NONE:
+                    m = bounded_index(h + 6 * j + 3)
+                    w33[m] = w33[m] + load_lane_symmetric(w, at, 17)
+                    w33[m + 6] = w33[m + 6] + load_lane_symmetric(w, at, 23)
+                    w33[m + 2] = load_lane33(w, at, 29)
         result = energy
     else:
         result = obstacle_contacts(ni, w, w33, w36, task, rod, step, arg, real)

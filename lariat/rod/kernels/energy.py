@@ -24,7 +24,7 @@ from lariat.rod.kernels.addressing import hessian_index, orientation_at, positio
 from lariat.rod.kernels.memory import (add, bounded, bounded_index, lane_count, load3, load4, load_lane3, load_lane4, load_lane33, load_lane_symmetric, store, store_lane, store_lane33, store_lane_symmetric)
 from lariat.rod.kernels.obstacle_contact import obstacle_contacts
 from lariat.rod.kernels.rotations import (cross_matrix, left_jacobian_inverse, log_coefficients, logarithm, relative_rotation, rotation_matrix)
-from lariat.rod.kernels.step_terms import inertia_terms, step_times
+from lariat.rod.kernels.step_terms import step_times, turn_from_target, weighted_inertia
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import HessianPart, Task
 from lariat.rod.launch.layout import (
@@ -81,6 +81,8 @@ def edge_energy(
             ]
         )
         zero = ti.Matrix.zero(ti.f64, 3, 3)
+        curved = ti.select(exact, 0.5, 0.0)
+        slot = step + HISTORY_SLOTS
         h = hessian_index(ni, rod, step)
         g = rod + ni[Section.GRADIENT]
         energy = 0.0
@@ -92,52 +94,55 @@ def edge_energy(
             store(w, g + 6 * i, mass * (weight * displacement - gravity))
             has_edge = i >= ni[Header.FIRST_EDGE] and i < ni[Header.END_EDGE]
             follows_edge = i > ni[Header.FIRST_EDGE] and i <= ni[Header.END_EDGE]
-            edges = ti.select(has_edge, 1.0, 0.0) + ti.select(follows_edge, 1.0, 0.0)
+            beside = ti.select(has_edge, 1.0, 0.0) + ti.select(follows_edge, 1.0, 0.0)
             if not has_edge and i < n - 1:
                 # The grip edge of a clamp: only a bend adds to its blocks.
                 store(w, g + 6 * i + 3, ti.Vector([0.0, 0.0, 0.0]))
             if with_hessian:
                 m = bounded_index(h + 6 * i)
-                w33[m] = scaled_identity(mass * weight + (shift + edges) * stretch * per_length)
+                w33[m] = scaled_identity(mass * weight + (shift + beside) * stretch * per_length)
                 if not has_edge:
                     for k in range(1, ti.select(i < n - 1, 6, 3)):
                         w33[m + k] = zero
-        for i in range(ni[Header.FIRST_EDGE], ni[Header.END_EDGE]):
-            q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i))
-            r = rotation_matrix(q)
-            edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1)) - load3(
-                w, position_at(ni, rod, step + HISTORY_SLOTS, i)
-            )
-            strain = per_length * edge - ti.Vector([r[0, 2], r[1, 2], r[2, 2]])
-            force = stretch * strain
-            energy += 0.5 * length * force.dot(strain)
-            local = r.transpose() @ force
-            add(w, g + 6 * i, -force)
-            add(w, g + 6 * i + 6, force)
-            _re, im, inertia, momentum_map = inertia_terms(
-                ni, w, rod, weight, q, load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i)
-            )
-            momentum = 2.0 * inertia * im
-            energy += momentum.dot(im)
-            moment = momentum_map.transpose() @ momentum
-            store(
-                w,
-                g + 6 * i + 3,
-                moment + ti.Vector([length * local[1], -length * local[0], 0.0]),
-            )
-            if with_hessian:
-                tension = r.transpose() @ load3(w, rod + ni[Section.TENSIONS] + 3 * i)
-                if arg == HessianPart.TRUE:
-                    tension = local
-                if not exact:
-                    tension = ti.Vector([0.0, 0.0, ti.max(tension[2], 0.0)])
-                # Derivative of the moments about d1, d2, d3 (rows) with respect to the edge vector.
-                moment_arm = stretch * ti.Matrix(
-                    [[r[0, 1], r[1, 1], r[2, 1]], [-r[0, 0], -r[1, 0], -r[2, 0]], [0.0, 0.0, 0.0]]
+        lanes = bounded(rod + ni[Section.LANES])
+        inertia = weighted_inertia(ni, w, rod, weight)
+        predicted = arg != HessianPart.TRUE
+        edges = ni[Header.END_EDGE] - ni[Header.FIRST_EDGE]
+        for strip in range((edges + LANE_COUNT - 1) // LANE_COUNT):
+            first = ni[Header.FIRST_EDGE] + LANE_COUNT * strip
+            count = ti.min(LANE_COUNT, ni[Header.END_EDGE] - first)
+            for k in range(count):
+                i = first + k
+                store_lane(w, lanes + k, 0, load3(w, position_at(ni, rod, slot, i)))
+                store_lane(w, lanes + k, 3, load4(w, orientation_at(ni, rod, slot, i)))
+                target = load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i)
+                store_lane(w, lanes + k, 7, target)
+                store_lane(w, lanes + k, 11, load3(w, rod + ni[Section.TENSIONS] + 3 * i))
+            store_lane(w, lanes + count, 0, load3(w, position_at(ni, rod, slot, first + count)))
+            for k in range(lane_count(count)):
+                at = lanes + k
+                r = rotation_matrix(load_lane4(w, at, 3))
+                edge = load_lane3(w, at + 1, 0) - load_lane3(w, at, 0)
+                strain = per_length * edge - ti.Vector([r[0, 2], r[1, 2], r[2, 2]])
+                force = stretch * strain
+                local = r.transpose() @ force
+                im, momentum_map = turn_from_target(load_lane4(w, at, 3), load_lane4(w, at, 7))
+                momentum = 2.0 * inertia * im
+                spin = momentum.dot(im)
+                w[at + LANE_STRIDE * 14] = 0.5 * length * force.dot(strain) + spin
+                store_lane(w, at, 15, force)
+                moment = momentum_map.transpose() @ momentum
+                store_lane(
+                    w, at, 18, moment + ti.Vector([length * local[1], -length * local[0], 0.0])
                 )
-                m = bounded_index(h + 6 * i)
-                w33[m + 1] = -moment_arm
-                w33[m + 2] = scaled_identity(-stretch * per_length)
+                tension = r.transpose() @ load_lane3(w, at, 11)
+                for a in ti.static(range(3)):
+                    tension[a] = ti.select(predicted, tension[a], local[a])
+                    pull = ti.max(tension[a], 0.0) if ti.static(a == 2) else 0.0
+                    tension[a] = ti.select(exact, tension[a], pull)
+                # Derivative of the moments about d1 and d2 with respect to the edge vector.
+                store_lane(w, at, 21, stretch * ti.Vector([r[0, 1], r[1, 1], r[2, 1]]))
+                store_lane(w, at, 24, -stretch * ti.Vector([r[0, 0], r[1, 0], r[2, 0]]))
                 rotation_block = length * ti.Matrix(
                     [
                         [stretch + tension[2], 0.0, -0.5 * tension[0]],
@@ -150,14 +155,27 @@ def edge_energy(
                     for b in ti.static(range(3)):
                         weighted_map[a, b] *= inertia[a]
                 rotation_block += momentum_map.transpose() @ weighted_map
-                diagonal = shift * stretch * length
-                if exact:
-                    diagonal -= 0.5 * momentum.dot(im)
                 for a in ti.static(range(3)):
-                    rotation_block[a, a] += diagonal
-                w33[m + 3] = rotation_block
-                w33[m + 4] = moment_arm.transpose()
-                w33[m + 5] = zero
+                    rotation_block[a, a] += shift * stretch * length - curved * spin
+                store_lane_symmetric(w, at, 27, rotation_block)
+            for k in range(count):
+                i = first + k
+                at = lanes + k
+                energy += w[at + LANE_STRIDE * 14]
+                force = load_lane3(w, at, 15)
+                add(w, g + 6 * i, -force)
+                add(w, g + 6 * i + 6, force)
+                store(w, g + 6 * i + 3, load_lane3(w, at, 18))
+                if with_hessian:
+                    about1 = load_lane3(w, at, 21)
+                    about2 = load_lane3(w, at, 24)
+                    moment_arm = ti.Matrix.rows([about1, about2, [0.0, 0.0, 0.0]])
+                    m = bounded_index(h + 6 * i)
+                    w33[m + 1] = -moment_arm
+                    w33[m + 2] = scaled_identity(-stretch * per_length)
+                    w33[m + 3] = load_lane_symmetric(w, at, 27)
+                    w33[m + 4] = moment_arm.transpose()
+                    w33[m + 5] = zero
         result = energy
     else:
         result = bend_energy(ni, w, w33, w36, task, rod, step, arg, real)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+import functools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -80,15 +82,21 @@ class CompiledKernel:
         """
         if len(arguments) != len(self._kinds):
             raise TypeError(f"expected {len(self._kinds)} arguments, got {len(arguments)}")
-        self.launch(
-            self._arguments(
-                *(
-                    kind.pack(value) if isinstance(kind, _Array) else value
-                    for kind, value in zip(self._kinds, arguments, strict=True)
-                )
+        packed = self._arguments(
+            *(
+                kind.pack(value) if isinstance(kind, _Array) else value
+                for kind, value in zip(self._kinds, arguments, strict=True)
             )
         )
+        self.bind(packed)()
 
-    def launch(self, arguments: ctypes.Structure) -> None:
-        """Run the kernel on arguments that are laid out as Taichi passes them."""
-        self._function(self._context(ctypes.addressof(arguments)))
+    def bind(self, arguments: ctypes.Structure, *memory: object) -> Callable[[], object]:
+        """Return a function that runs the kernel, as often as it is called.
+
+        Args:
+            arguments: Arguments, laid out as Taichi passes them.
+            memory: Owners of the memory to which they point; the function keeps them.
+        """
+        context = self._context(ctypes.addressof(arguments))
+        context.memory = arguments, *memory
+        return functools.partial(self._function, ctypes.byref(context))

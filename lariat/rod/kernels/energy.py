@@ -21,9 +21,31 @@ last linear solve predicted, and the number of iterations does not depend on the
 import taichi as ti
 
 from lariat.rod.kernels.addressing import hessian_index, orientation_at, position_at, scalar
-from lariat.rod.kernels.memory import (add, bounded, bounded_index, lane_count, load3, load4, load_lane3, load_lane4, load_lane33, load_lane_symmetric, store, store_lane, store_lane33, store_lane_symmetric)
+from lariat.rod.kernels.memory import (
+    add,
+    bounded,
+    bounded_index,
+    lane_count,
+    load3,
+    load4,
+    load_lane3,
+    load_lane4,
+    load_lane33,
+    load_lane_symmetric,
+    store,
+    store_lane,
+    store_lane33,
+    store_lane_symmetric,
+)
 from lariat.rod.kernels.obstacle_contact import obstacle_contacts
-from lariat.rod.kernels.rotations import (cross_matrix, left_jacobian_inverse, log_coefficients, logarithm, relative_rotation, rotation_matrix)
+from lariat.rod.kernels.rotations import (
+    cross_matrix,
+    left_jacobian_inverse,
+    log_coefficients,
+    logarithm,
+    relative_rotation,
+    rotation_matrix,
+)
 from lariat.rod.kernels.step_terms import step_times, turn_from_target, weighted_inertia
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import HessianPart, Task

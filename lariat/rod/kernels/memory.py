@@ -129,7 +129,9 @@ def load_lane4(w: ti.template(), at, term: ti.template()):
 @ti.func
 def load_lane33(w: ti.template(), at, term: ti.template()):
     """3x3 matrix of nine terms of a lane, row by row."""
-    return ti.Matrix([[w[at + LANE_STRIDE * (term + 3 * a + b)] for b in range(3)] for a in range(3)])
+    return ti.Matrix(
+        [[w[at + LANE_STRIDE * (term + 3 * a + b)] for b in range(3)] for a in range(3)]
+    )
 
 
 @ti.func

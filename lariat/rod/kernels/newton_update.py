@@ -9,7 +9,16 @@ import taichi as ti
 
 from lariat.rod.kernels.addressing import orientation_at, position_at, scalar
 from lariat.rod.kernels.energy import edge_energy
-from lariat.rod.kernels.memory import (bounded, lane_count, load3, load4, load_lane3, load_lane4, store, store_lane)
+from lariat.rod.kernels.memory import (
+    bounded,
+    lane_count,
+    load3,
+    load4,
+    load_lane3,
+    load_lane4,
+    store,
+    store_lane,
+)
 from lariat.rod.kernels.rotations import rotated, rotation_matrix
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import Task

@@ -204,7 +204,6 @@ def _write_derivative_inputs(
 ) -> None:
     if request.kinds & Derivatives.SENSITIVITIES:
         buffers.section(Section.SENSITIVITIES)[:] = 0.0
-        buffers.section(Section.SENSITIVITIES_OUT)[:] = 0.0
         for b, (state, along) in enumerate(zip(states, request.directions or (), strict=False)):
             _write_directions(buffers, b, state, along, h)
     if request.kinds & Derivatives.ADJOINT:
@@ -223,13 +222,21 @@ def _write_adjoint_seed(
             f"d_cost_d_positions must be ({sizes.horizon} steps, {nodes} nodes, 3), got "
             f"shape {cost.shape[1:]}"
         )
-    if not np.isfinite(cost).all():
+    if not math.isfinite(np.vdot(cost, cost)):
         raise ValueError("d_cost_d_positions must be finite")
-    for name in (Section.ADJOINT, Section.ACTIONS_OUT, Section.PARAMETERS_OUT):
-        buffers.section(name)[:] = 0.0
+    sums, seed = buffers.once(_adjoint_places)
+    sums[:] = 0.0
+    seed[:] = cost
+
+
+def _adjoint_places(
+    buffers: LaunchBuffers[Sizes],
+) -> tuple[Float64[np.ndarray, "B k"], Float64[np.ndarray, "B H n 3"]]:
+    """Return views of the numbers that start from zero, and of the cost's gradient among them."""
+    sizes, places = buffers.sizes, buffers.places
+    sums = slice(places[Section.ADJOINT].start, places[Section.PARAMETERS_OUT].stop)
     seed = buffers.section(Section.COST_GRADIENT).reshape(-1, sizes.horizon, sizes.nodes, 3)
-    seed[:, :, [0, -1]] = 0.0
-    seed[:, :, sizes.rod_nodes] = cost
+    return buffers.rods[:, sums], seed[:, :, sizes.rod_nodes]
 
 
 def _write_directions(

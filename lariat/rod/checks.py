@@ -45,7 +45,7 @@ def check_rollout(
         raise ValueError(f"dt must be positive, got {spec.dt} s; try 0.01")
     if spec.substeps < 1:
         raise ValueError(f"substeps must be at least 1, got {spec.substeps}")
-    if not math.isfinite(np.vdot(actions, actions)):
+    if not np.isfinite(actions).all():
         raise ValueError("actions must be finite; clip them first")
     blocks = actions.shape[1]
     block_of_step = spec.block_of_step

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+import functools
+from collections.abc import Callable
 from ctypes import addressof, c_char
 from typing import Any
 
@@ -102,8 +104,15 @@ class CompiledKernel:
             value if pack is None else pack(value)
             for pack, value in zip(self._packs, arguments, strict=True)
         ]
-        self.launch(self._arguments(*values))
+        self.bind(self._arguments(*values))()
 
-    def launch(self, arguments: ctypes.Structure) -> None:
-        """Run the kernel on arguments that are laid out as Taichi passes them."""
-        self._function(self._context(ctypes.addressof(arguments)))
+    def bind(self, arguments: ctypes.Structure, *memory: object) -> Callable[[], object]:
+        """Return a function that runs the kernel, as often as it is called.
+
+        Args:
+            arguments: Arguments, laid out as Taichi passes them.
+            memory: Owners of the memory to which they point; the function keeps them.
+        """
+        context = self._context(ctypes.addressof(arguments))
+        context.memory = arguments, *memory
+        return functools.partial(self._function, ctypes.byref(context))

@@ -60,5 +60,12 @@ functions. Functions that are inlined into them lose their branches and loops: t
 (`ti.select`). And the key of Taichi's offline cache depends on chance as soon as one body names two
 real functions: every part therefore names only one other, does its own tasks, and passes on all
 others. The chain of parts begins in `sensitivities` and ends in `banded_solve`; its order decides
-what the compiler inlines, and hence the rounding of results.
+what the compiler inlines, and hence the rounding of results and the speed: a function that is
+inlined nowhere reads the addresses of the arrays again after every store.
+
+**Lanes.** Bends, edges and the Newton update are evaluated for up to `LANE_COUNT` neighbours at a
+time: their numbers are gathered, term by term, in the section of lanes, a loop over neighbours
+computes, and the results are scattered. LLVM makes lanes of such a loop if it has no branch, reads
+and writes the section of lanes alone, and runs a multiple of four times, at least 16 at most; and
+if terms that are read from the next neighbour lie 64 lanes of four away from what it writes.
 """

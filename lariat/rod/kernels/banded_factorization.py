@@ -30,6 +30,17 @@ def symmetric_adjugate(d):
     return adjugate, minor, determinant
 
 
+@ti.func
+def symmetric_difference(h, scale, a, b):
+    """h - scale a b^T, 3x3, of which both terms are symmetric."""
+    m = h
+    for i in ti.static(range(3)):
+        for k in ti.static(range(i + 1)):
+            m[i, k] -= scale * (a[i, 0] * b[k, 0] + a[i, 1] * b[k, 1] + a[i, 2] * b[k, 2])
+            m[k, i] = m[i, k]
+    return m
+
+
 @ti.real_func
 def factorize(
     ni: Integers,
@@ -64,13 +75,13 @@ def factorize(
             w33[m] = scale * adjugate
             if j + 1 < end:
                 near_adjugate = near @ adjugate
-                d = d_next - scale * (near_adjugate @ near.transpose())
+                d = symmetric_difference(d_next, scale, near_adjugate, near)
                 w33[m + 1] = scale * near_adjugate
                 if j + 2 < end:
                     far = w33[m + 2]
                     far_adjugate = far @ adjugate
                     near = w33[m + 4] - scale * (far @ near_adjugate.transpose())
-                    d_next = w33[m + 6] - scale * (far_adjugate @ far.transpose())
+                    d_next = symmetric_difference(w33[m + 6], scale, far_adjugate, far)
                     w33[m + 2] = scale * far_adjugate
         result = definite
     else:

@@ -21,15 +21,39 @@ last linear solve predicted, and the number of iterations does not depend on the
 import taichi as ti
 
 from lariat.rod.kernels.addressing import hessian_index, orientation_at, position_at, scalar
-from lariat.rod.kernels.memory import add, bounded_index, load3, load4, store
+from lariat.rod.kernels.memory import (
+    add,
+    bounded,
+    bounded_index,
+    lane_count,
+    load3,
+    load4,
+    load_lane3,
+    load_lane4,
+    load_lane33,
+    load_lane_symmetric,
+    store,
+    store_lane,
+    store_lane33,
+    store_lane_symmetric,
+)
 from lariat.rod.kernels.obstacle_contact import obstacle_contacts
-from lariat.rod.kernels.rotations import cross_matrix, rotation_matrix
-from lariat.rod.kernels.step_terms import bend_rotation, inertia_terms, step_times
+from lariat.rod.kernels.rotations import (
+    cross_matrix,
+    left_jacobian_inverse,
+    log_coefficients,
+    logarithm,
+    relative_rotation,
+    rotation_matrix,
+)
+from lariat.rod.kernels.step_terms import step_times, turn_from_target, weighted_inertia
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import HessianPart, Task
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
     HISTORY_SLOTS,
+    LANE_COUNT,
+    LANE_STRIDE,
     EffectiveBend,
     Header,
     Scalar,
@@ -79,6 +103,8 @@ def edge_energy(
             ]
         )
         zero = ti.Matrix.zero(ti.f64, 3, 3)
+        curved = ti.select(exact, 0.5, 0.0)
+        slot = step + HISTORY_SLOTS
         h = hessian_index(ni, rod, step)
         g = rod + ni[Section.GRADIENT]
         energy = 0.0
@@ -90,52 +116,55 @@ def edge_energy(
             store(w, g + 6 * i, mass * (weight * displacement - gravity))
             has_edge = i >= ni[Header.FIRST_EDGE] and i < ni[Header.END_EDGE]
             follows_edge = i > ni[Header.FIRST_EDGE] and i <= ni[Header.END_EDGE]
-            edges = ti.select(has_edge, 1.0, 0.0) + ti.select(follows_edge, 1.0, 0.0)
+            beside = ti.select(has_edge, 1.0, 0.0) + ti.select(follows_edge, 1.0, 0.0)
             if not has_edge and i < n - 1:
                 # The grip edge of a clamp: only a bend adds to its blocks.
                 store(w, g + 6 * i + 3, ti.Vector([0.0, 0.0, 0.0]))
             if with_hessian:
                 m = bounded_index(h + 6 * i)
-                w33[m] = scaled_identity(mass * weight + (shift + edges) * stretch * per_length)
+                w33[m] = scaled_identity(mass * weight + (shift + beside) * stretch * per_length)
                 if not has_edge:
                     for k in range(1, ti.select(i < n - 1, 6, 3)):
                         w33[m + k] = zero
-        for i in range(ni[Header.FIRST_EDGE], ni[Header.END_EDGE]):
-            q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i))
-            r = rotation_matrix(q)
-            edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1)) - load3(
-                w, position_at(ni, rod, step + HISTORY_SLOTS, i)
-            )
-            strain = per_length * edge - ti.Vector([r[0, 2], r[1, 2], r[2, 2]])
-            force = stretch * strain
-            energy += 0.5 * length * force.dot(strain)
-            local = r.transpose() @ force
-            add(w, g + 6 * i, -force)
-            add(w, g + 6 * i + 6, force)
-            _re, im, inertia, momentum_map = inertia_terms(
-                ni, w, rod, weight, q, load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i)
-            )
-            momentum = 2.0 * inertia * im
-            energy += momentum.dot(im)
-            moment = momentum_map.transpose() @ momentum
-            store(
-                w,
-                g + 6 * i + 3,
-                moment + ti.Vector([length * local[1], -length * local[0], 0.0]),
-            )
-            if with_hessian:
-                tension = r.transpose() @ load3(w, rod + ni[Section.TENSIONS] + 3 * i)
-                if arg == HessianPart.TRUE:
-                    tension = local
-                if not exact:
-                    tension = ti.Vector([0.0, 0.0, ti.max(tension[2], 0.0)])
-                # Derivative of the moments about d1, d2, d3 (rows) with respect to the edge vector.
-                moment_arm = stretch * ti.Matrix(
-                    [[r[0, 1], r[1, 1], r[2, 1]], [-r[0, 0], -r[1, 0], -r[2, 0]], [0.0, 0.0, 0.0]]
+        lanes = bounded(rod + ni[Section.LANES])
+        inertia = weighted_inertia(ni, w, rod, weight)
+        predicted = arg != HessianPart.TRUE
+        edges = ni[Header.END_EDGE] - ni[Header.FIRST_EDGE]
+        for strip in range((edges + LANE_COUNT - 1) // LANE_COUNT):
+            first = ni[Header.FIRST_EDGE] + LANE_COUNT * strip
+            count = ti.min(LANE_COUNT, ni[Header.END_EDGE] - first)
+            for k in range(count):
+                i = first + k
+                store_lane(w, lanes + k, 0, load3(w, position_at(ni, rod, slot, i)))
+                store_lane(w, lanes + k, 3, load4(w, orientation_at(ni, rod, slot, i)))
+                target = load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i)
+                store_lane(w, lanes + k, 7, target)
+                store_lane(w, lanes + k, 11, load3(w, rod + ni[Section.TENSIONS] + 3 * i))
+            store_lane(w, lanes + count, 0, load3(w, position_at(ni, rod, slot, first + count)))
+            for k in range(lane_count(count)):
+                at = lanes + k
+                r = rotation_matrix(load_lane4(w, at, 3))
+                edge = load_lane3(w, at + 1, 0) - load_lane3(w, at, 0)
+                strain = per_length * edge - ti.Vector([r[0, 2], r[1, 2], r[2, 2]])
+                force = stretch * strain
+                local = r.transpose() @ force
+                im, momentum_map = turn_from_target(load_lane4(w, at, 3), load_lane4(w, at, 7))
+                momentum = 2.0 * inertia * im
+                spin = momentum.dot(im)
+                w[at + LANE_STRIDE * 14] = 0.5 * length * force.dot(strain) + spin
+                store_lane(w, at, 15, force)
+                moment = momentum_map.transpose() @ momentum
+                store_lane(
+                    w, at, 18, moment + ti.Vector([length * local[1], -length * local[0], 0.0])
                 )
-                m = bounded_index(h + 6 * i)
-                w33[m + 1] = -moment_arm
-                w33[m + 2] = scaled_identity(-stretch * per_length)
+                tension = r.transpose() @ load_lane3(w, at, 11)
+                for a in ti.static(range(3)):
+                    tension[a] = ti.select(predicted, tension[a], local[a])
+                    pull = ti.max(tension[a], 0.0) if ti.static(a == 2) else 0.0
+                    tension[a] = ti.select(exact, tension[a], pull)
+                # Derivative of the moments about d1 and d2 with respect to the edge vector.
+                store_lane(w, at, 21, stretch * ti.Vector([r[0, 1], r[1, 1], r[2, 1]]))
+                store_lane(w, at, 24, -stretch * ti.Vector([r[0, 0], r[1, 0], r[2, 0]]))
                 rotation_block = length * ti.Matrix(
                     [
                         [stretch + tension[2], 0.0, -0.5 * tension[0]],
@@ -148,14 +177,27 @@ def edge_energy(
                     for b in ti.static(range(3)):
                         weighted_map[a, b] *= inertia[a]
                 rotation_block += momentum_map.transpose() @ weighted_map
-                diagonal = shift * stretch * length
-                if exact:
-                    diagonal -= 0.5 * momentum.dot(im)
                 for a in ti.static(range(3)):
-                    rotation_block[a, a] += diagonal
-                w33[m + 3] = rotation_block
-                w33[m + 4] = moment_arm.transpose()
-                w33[m + 5] = zero
+                    rotation_block[a, a] += shift * stretch * length - curved * spin
+                store_lane_symmetric(w, at, 27, rotation_block)
+            for k in range(count):
+                i = first + k
+                at = lanes + k
+                energy += w[at + LANE_STRIDE * 14]
+                force = load_lane3(w, at, 15)
+                add(w, g + 6 * i, -force)
+                add(w, g + 6 * i + 6, force)
+                store(w, g + 6 * i + 3, load_lane3(w, at, 18))
+                if with_hessian:
+                    about1 = load_lane3(w, at, 21)
+                    about2 = load_lane3(w, at, 24)
+                    moment_arm = ti.Matrix.rows([about1, about2, [0.0, 0.0, 0.0]])
+                    m = bounded_index(h + 6 * i)
+                    w33[m + 1] = -moment_arm
+                    w33[m + 2] = scaled_identity(-stretch * per_length)
+                    w33[m + 3] = load_lane_symmetric(w, at, 27)
+                    w33[m + 4] = moment_arm.transpose()
+                    w33[m + 5] = zero
         result = energy
     else:
         result = bend_energy(ni, w, w33, w36, task, rod, step, arg, real)
@@ -186,39 +228,61 @@ def bend_energy(
         g = rod + ni[Section.GRADIENT]
         h = hessian_index(ni, rod, step)
         energy = 0.0
-        for j in range(n - 2):
-            u, left_inverse, c, d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
-            effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
-            stiffness = load3(w, effective + EffectiveBend.STIFFNESS)
-            rest = load3(w, effective + EffectiveBend.REST)
-            moment = stiffness * (u - rest)
-            energy += 0.5 * moment.dot(u - rest)
-            right_inverse = left_inverse.transpose()
-            add(w, g + 6 * j + 3, -(right_inverse @ moment))
-            add(w, g + 6 * j + 9, left_inverse @ moment)
-            if arg != HessianPart.NONE:
+        lanes = bounded(rod + ni[Section.LANES])
+        curved = ti.select(exact, 1.0, 0.0)
+        for strip in range((n - 2 + LANE_COUNT - 1) // LANE_COUNT):
+            first = LANE_COUNT * strip
+            count = ti.min(LANE_COUNT, n - 2 - first)
+            for k in range(count):
+                effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * (first + k)
+                q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, first + k))
+                store_lane(w, lanes + k, 0, q)
+                store_lane(w, lanes + k, 4, load3(w, effective + EffectiveBend.STIFFNESS))
+                store_lane(w, lanes + k, 7, load3(w, effective + EffectiveBend.REST))
+            q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, first + count))
+            store_lane(w, lanes + count, 0, q)
+            for k in range(lane_count(count)):
+                at = lanes + k
+                rotation = relative_rotation(load_lane4(w, at, 0), load_lane4(w, at + 1, 0))
+                u = logarithm(rotation)
+                c, d = log_coefficients(rotation)
+                left_inverse = left_jacobian_inverse(u, c)
+                stiffness = load_lane3(w, at, 4)
+                bent = u - load_lane3(w, at, 7)
+                moment = stiffness * bent
+                right_inverse = left_inverse.transpose()
+                w[at + LANE_STRIDE * 10] = 0.5 * moment.dot(bent)
+                store_lane(w, at, 11, right_inverse @ moment)
+                store_lane(w, at, 14, left_inverse @ moment)
                 front_factor = left_inverse
                 rear_factor = right_inverse
                 for a in ti.static(range(3)):
                     for b in ti.static(range(3)):
                         front_factor[a, b] *= stiffness[b]
                         rear_factor[a, b] *= stiffness[b]
-                if exact:
-                    # -c ([u x m]x + [u]x [m]x) + d (u x (u x m)) u^T, in outer products.
-                    u_moment = u.dot(moment)
-                    moment_cross = cross_matrix(moment)
-                    along = d * (u_moment * u - u.dot(u) * moment) - 2.0 * c * moment
-                    curvature_term = (c * u).outer_product(moment) + along.outer_product(u)
-                    for a in ti.static(range(3)):
-                        curvature_term[a, a] += c * u_moment
-                    front_factor += curvature_term + 0.5 * moment_cross
-                    rear_factor += curvature_term - 0.5 * moment_cross
-                first_block = rear_factor @ left_inverse
-                second_block = front_factor @ right_inverse
-                m = bounded_index(h + 6 * j + 3)
-                w33[m] = w33[m] + 0.5 * (first_block + first_block.transpose())
-                w33[m + 6] = w33[m + 6] + 0.5 * (second_block + second_block.transpose())
-                w33[m + 2] = -(front_factor @ left_inverse)
+                # -c ([u x m]x + [u]x [m]x) + d (u x (u x m)) u^T, in outer products.
+                u_moment = u.dot(moment)
+                moment_cross = (0.5 * curved) * cross_matrix(moment)
+                along = curved * (d * (u_moment * u - u.dot(u) * moment) - 2.0 * c * moment)
+                curvature_term = (curved * c * u).outer_product(moment) + along.outer_product(u)
+                for a in ti.static(range(3)):
+                    curvature_term[a, a] += curved * c * u_moment
+                front_factor += curvature_term + moment_cross
+                rear_factor += curvature_term - moment_cross
+                store_lane_symmetric(w, at, 17, rear_factor @ left_inverse)
+                store_lane_symmetric(w, at, 23, front_factor @ right_inverse)
+                store_lane33(w, at, 29, -(front_factor @ left_inverse))
+            for k in range(count):
+                j = first + k
+                at = lanes + k
+                energy += w[at + LANE_STRIDE * 10]
+                add(w, g + 6 * j + 3, -load_lane3(w, at, 11))
+                add(w, g + 6 * j + 9, load_lane3(w, at, 14))
+                if arg != HessianPart.NONE:
+                    m = bounded_index(h + 6 * j + 3)
+                    w33[m] = w33[m] + load_lane_symmetric(w, at, 17)
+                    w33[m + 6] = w33[m + 6] + load_lane_symmetric(w, at, 23)
+                    w33[m + 2] = load_lane33(w, at, 29)
         result = energy
     else:
         result = obstacle_contacts(ni, w, w33, w36, task, rod, step, arg, real)

@@ -9,6 +9,8 @@ for each number.
 
 import taichi as ti
 
+from lariat.rod.launch.layout import LANE_COUNT, LANE_STRIDE
+
 MAX_OFFSET, MAX_INDEX = 2**27 - 1, 2**23 - 1
 """Largest offset in the array of doubles, and largest place of a matrix in it."""
 
@@ -104,3 +106,63 @@ def add33(w: ti.template(), at, m):
     for a in ti.static(range(3)):
         for b in ti.static(range(3)):
             w[first + 3 * a + b] = w[first + 3 * a + b] + m[a, b]
+
+
+@ti.func
+def lane_count(count):
+    """Number of lanes to evaluate for `count` neighbours: at most LANE_COUNT, a multiple of 4."""
+    return (ti.min(count, LANE_COUNT) + 3) & (2 * LANE_COUNT - 4)
+
+
+@ti.func
+def load_lane3(w: ti.template(), at, term: ti.template()):
+    """Vector of three terms of a lane."""
+    return ti.Vector([w[at + LANE_STRIDE * (term + a)] for a in range(3)])
+
+
+@ti.func
+def load_lane4(w: ti.template(), at, term: ti.template()):
+    """Quaternion of four terms of a lane."""
+    return ti.Vector([w[at + LANE_STRIDE * (term + a)] for a in range(4)])
+
+
+@ti.func
+def load_lane33(w: ti.template(), at, term: ti.template()):
+    """3x3 matrix of nine terms of a lane, row by row."""
+    return ti.Matrix(
+        [[w[at + LANE_STRIDE * (term + 3 * a + b)] for b in range(3)] for a in range(3)]
+    )
+
+
+@ti.func
+def load_lane_symmetric(w: ti.template(), at, term: ti.template()):
+    """Symmetric 3x3 matrix of six terms of a lane: xx, xy, yy, xz, yz, zz."""
+    m = ti.Matrix.zero(ti.f64, 3, 3)
+    for a in ti.static(range(3)):
+        for b in ti.static(range(a + 1)):
+            m[a, b] = w[at + LANE_STRIDE * (term + a * (a + 1) // 2 + b)]
+            m[b, a] = m[a, b]
+    return m
+
+
+@ti.func
+def store_lane(w: ti.template(), at, term: ti.template(), v):
+    """Write a vector to the terms of a lane from `term` on."""
+    for a in ti.static(range(v.n)):
+        w[at + LANE_STRIDE * (term + a)] = v[a]
+
+
+@ti.func
+def store_lane33(w: ti.template(), at, term: ti.template(), m):
+    """Write a 3x3 matrix to nine terms of a lane, row by row."""
+    for a in ti.static(range(3)):
+        for b in ti.static(range(3)):
+            w[at + LANE_STRIDE * (term + 3 * a + b)] = m[a, b]
+
+
+@ti.func
+def store_lane_symmetric(w: ti.template(), at, term: ti.template(), m):
+    """Write the symmetric part of a 3x3 matrix to six terms of a lane."""
+    for a in ti.static(range(3)):
+        for b in ti.static(range(a + 1)):
+            w[at + LANE_STRIDE * (term + a * (a + 1) // 2 + b)] = 0.5 * (m[a, b] + m[b, a])

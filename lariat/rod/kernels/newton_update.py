@@ -9,11 +9,20 @@ import taichi as ti
 
 from lariat.rod.kernels.addressing import orientation_at, position_at, scalar
 from lariat.rod.kernels.energy import edge_energy
-from lariat.rod.kernels.memory import load3, load4, store
+from lariat.rod.kernels.memory import (
+    bounded,
+    lane_count,
+    load3,
+    load4,
+    load_lane3,
+    load_lane4,
+    store,
+    store_lane,
+)
 from lariat.rod.kernels.rotations import rotated, rotation_matrix
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import Task
-from lariat.rod.launch.layout import HISTORY_SLOTS, Header, Scalar, Section
+from lariat.rod.launch.layout import HISTORY_SLOTS, LANE_COUNT, Header, Scalar, Section
 
 
 @ti.real_func
@@ -71,18 +80,33 @@ def apply_step(
         d = rod + ni[Section.NEWTON_STEP]
         stretch = scalar(ni, w, rod, Scalar.STRETCH_STIFFNESS)
         stretch_per_length = stretch / scalar(ni, w, rod, Scalar.EDGE_LENGTH)
-        for i in range(n - 1):
-            x = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * i)
-            x_next = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * i + 3)
-            q = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * i)
-            r = rotation_matrix(q)
-            phi = share * load3(w, d + 6 * i + 3)
-            edge = x_next - x + share * (load3(w, d + 6 * i + 6) - load3(w, d + 6 * i))
-            d3 = r @ ti.Vector([phi[1], -phi[0], 1.0])
-            tension = stretch_per_length * edge - stretch * d3
-            store(w, rod + ni[Section.TENSIONS] + 3 * i, tension)
-            store(w, position_at(ni, rod, step + HISTORY_SLOTS, i), x + share * load3(w, d + 6 * i))
-            store(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i), rotated(q, phi))
+        lanes = bounded(rod + ni[Section.LANES])
+        slot = step + HISTORY_SLOTS
+        for strip in range((n - 1 + LANE_COUNT - 1) // LANE_COUNT):
+            first = LANE_COUNT * strip
+            count = ti.min(LANE_COUNT, n - 1 - first)
+            for k in range(count + 1):
+                i = first + k
+                x = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * i)
+                store_lane(w, lanes + k, 0, x + share * load3(w, d + 6 * i))
+                if k < count:
+                    q = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * i)
+                    store_lane(w, lanes + k, 3, q)
+                    store_lane(w, lanes + k, 7, share * load3(w, d + 6 * i + 3))
+            for k in range(lane_count(count)):
+                at = lanes + k
+                q = load_lane4(w, at, 3)
+                phi = load_lane3(w, at, 7)
+                edge = load_lane3(w, at + 1, 0) - load_lane3(w, at, 0)
+                d3 = rotation_matrix(q) @ ti.Vector([phi[1], -phi[0], 1.0])
+                store_lane(w, at, 10, stretch_per_length * edge - stretch * d3)
+                store_lane(w, at, 13, rotated(q, phi))
+            for k in range(count):
+                i = first + k
+                at = lanes + k
+                store(w, position_at(ni, rod, slot, i), load_lane3(w, at, 0))
+                store(w, rod + ni[Section.TENSIONS] + 3 * i, load_lane3(w, at, 10))
+                store(w, orientation_at(ni, rod, slot, i), load_lane4(w, at, 13))
         x = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * n - 3)
         store(
             w,

@@ -20,8 +20,9 @@ from lariat.rod.kernels.step_derivatives import inertia_derivatives
 from lariat.rod.kernels.step_terms import (
     bend_rotation,
     bend_share,
-    inertia_terms,
     step_times,
+    turn_from_target,
+    weighted_inertia,
 )
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import Parameter, Task
@@ -136,11 +137,8 @@ def parameter_derivatives(
                     add_parameter_derivative(ni, w, rod, p, 2 * i, force)
             if inertial:
                 for i in range(first_edge, end_edge):
-                    _re, im, inertia, momentum_map = inertia_terms(
-                        ni,
-                        w,
-                        rod,
-                        weight,
+                    inertia = weighted_inertia(ni, w, rod, weight)
+                    im, momentum_map = turn_from_target(
                         load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i)),
                         load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i),
                     )

@@ -17,7 +17,7 @@ import taichi as ti
 from lariat.rod.kernels.addressing import scalar, sensitivity_columns_at
 from lariat.rod.kernels.history import start_history, write_final_velocities
 from lariat.rod.kernels.memory import add, load3
-from lariat.rod.kernels.sensitivities import sensitivities as run_task
+from lariat.rod.kernels.sensitivities import grip_sensitivities as run_task
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import Derivatives, HessianPart, Phase, Task
 from lariat.rod.launch.layout import HISTORY_SLOTS, REPORT_WIDTH, Header, ReportRow, Scalar, Section

@@ -79,7 +79,7 @@ def grip_sensitivities(
                         store36(w, new + rotation, rotation_columns)
                         store36(w, new + inner, moved)
     else:
-        result = adjoint(ni, w, w33, w36, task, rod, step, arg, real)
+        result = sensitivities(ni, w, w33, w36, task, rod, step, arg, real)
     return result
 
 
@@ -201,5 +201,5 @@ def sensitivities(
                     for b in ti.static(range(6)):
                         w[out + 6 * groups * (3 * i + a) + b] = w[new + 36 * i + 6 * a + b]
     else:
-        result = grip_sensitivities(ni, w, w33, w36, task, rod, step, arg, real)
+        result = adjoint(ni, w, w33, w36, task, rod, step, arg, real)
     return result

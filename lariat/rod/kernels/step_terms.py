@@ -98,32 +98,32 @@ def past_rotation(ni: ti.template(), w: ti.template(), rod, step, i, back):
 
 
 @ti.func
-def inertia_terms(ni: ti.template(), w: ti.template(), rod, weight, q, target):
-    """Terms of an edge's rotational inertia, for u = conj(target) q.
+def weighted_inertia(ni: ti.template(), w: ti.template(), rod, weight):
+    """Moments of inertia J of an edge about its axes, times `weight`."""
+    bend = weight * scalar(ni, w, rod, Scalar.BENDING_INERTIA)
+    return ti.Vector([bend, bend, weight * scalar(ni, w, rod, Scalar.TWISTING_INERTIA)])
 
-    Returns Re(u), Im(u), the weighted moments of inertia J, and the matrix W = Re(u) I + [Im(u)]x:
-    the gradient in the body frame is W^T 2 J Im(u).
+
+@ti.func
+def turn_from_target(q, target):
+    """Im(u) of u = conj(target) q, and the matrix W = Re(u) I + [Im(u)]x.
+
+    With weighted moments of inertia J, an edge's gradient in its frame is W^T 2 J Im(u).
     """
     u = relative_rotation(target, q)
     v = ti.Vector([u[1], u[2], u[3]])
-    bend = weight * scalar(ni, w, rod, Scalar.BENDING_INERTIA)
-    twist = weight * scalar(ni, w, rod, Scalar.TWISTING_INERTIA)
-    inertia = ti.Vector([bend, bend, twist])
     momentum_map = cross_matrix(v)
     for a in ti.static(range(3)):
         momentum_map[a, a] += u[0]
-    return u[0], v, inertia, momentum_map
+    return v, momentum_map
 
 
 @ti.func
 def inertia_coupling(ni: ti.template(), w: ti.template(), rod, step, i):
     """Derivative of an edge's gradient with respect to rotations of its target."""
     _h, weight, _carry = step_times(ni, w, rod, step)
-    _re, im, inertia, momentum_map = inertia_terms(
-        ni,
-        w,
-        rod,
-        weight,
+    inertia = weighted_inertia(ni, w, rod, weight)
+    im, momentum_map = turn_from_target(
         load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i)),
         load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i),
     )

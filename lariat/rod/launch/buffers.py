@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+import operator
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from jaxtyping import Float64, Int32
 
 from lariat.rod.launch.layout import OBSTACLE_WIDTH
 
+MAX_KEPT_BUFFERS = 8
+"""Number of sizes whose buffers are kept for further launches."""
 
-class LaunchSizes(Protocol):
+
+class LaunchSizes(Hashable, Protocol):
     """Sizes that every launch has."""
 
     @property
@@ -26,9 +31,10 @@ class LaunchSizes(Protocol):
 
 
 SizesT = TypeVar("SizesT", bound=LaunchSizes)
+ValueT = TypeVar("ValueT")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LaunchBuffers(Generic[SizesT]):
     """Arrays of a launch: integers, and doubles that are cut into sections."""
 
@@ -42,6 +48,16 @@ class LaunchBuffers(Generic[SizesT]):
     """Array of doubles, as in `layout`."""
     rods: Float64[np.ndarray, "B s"]
     """Numbers of each rod, as a view into the doubles."""
+    _made: dict[Callable[..., Any], Any] = field(default_factory=dict, repr=False)
+
+    def once(self, make: Callable[[LaunchBuffers[SizesT]], ValueT]) -> ValueT:
+        """Return `make(self)`, which is computed at the first call alone.
+
+        To cut the views of a launch takes as long as to write or read them.
+        """
+        if make not in self._made:
+            self._made[make] = make(self)
+        return self._made[make]
 
     def section(self, name: int) -> Float64[np.ndarray, "B k"]:
         """Return a section of every rod of the batch, as a view.
@@ -76,6 +92,8 @@ class BufferPool:
 
     def __init__(self) -> None:
         self._doubles = np.zeros(0)
+        self._buffers: dict[Hashable, LaunchBuffers[Any]] = {}
+        self._content: tuple[object, ...] = ()
 
     def cut(
         self,
@@ -90,10 +108,29 @@ class BufferPool:
             sizes: Sizes of the launch.
             places: Place of each section in the numbers of a rod.
             stride: Count of numbers of a rod.
-            integers: Integer array of the launch.
+            integers: Integer array of the launch, which is copied.
         """
         needed = stride * sizes.batch + OBSTACLE_WIDTH * sizes.obstacles
         if len(self._doubles) < needed:
             self._doubles = np.zeros(needed + needed // 4)
-        rods = self._doubles[: stride * sizes.batch].reshape(sizes.batch, -1)
-        return LaunchBuffers(sizes, places, integers, self._doubles, rods)
+            self._buffers.clear()
+        buffers = self._buffers.get(sizes)
+        if buffers is None:
+            if len(self._buffers) == MAX_KEPT_BUFFERS:
+                self._buffers.clear()
+            rods = self._doubles[: stride * sizes.batch].reshape(sizes.batch, -1)
+            buffers = LaunchBuffers(sizes, places, np.empty_like(integers), self._doubles, rods)
+            self._buffers[sizes] = buffers
+        buffers.integers[:] = integers
+        return buffers
+
+    def keeps(self, buffers: LaunchBuffers[Any], *content: object) -> bool:
+        """Return whether the last buffers were these, with the same objects as content.
+
+        If they were not, the caller writes the content, which must not change afterwards.
+        """
+        content = (buffers, *content)
+        if len(content) == len(self._content) and all(map(operator.is_, content, self._content)):
+            return True
+        self._content = content
+        return False

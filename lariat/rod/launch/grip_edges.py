@@ -15,23 +15,14 @@ def with_grips(
         values: Values of the nodes of a rod.
         clamps: Number of clamps at the left and at the right end.
     """
-    chain = np.empty((*values.shape[:-2], values.shape[-2] + sum(clamps), 3))
-    write_with_grips(chain, values, clamps)
-    return chain
-
-
-def write_with_grips(
-    chain: Float64[np.ndarray, "*b k 3"],
-    values: Float64[np.ndarray, "*b n 3"],
-    clamps: tuple[int, int],
-) -> None:
-    """Write the values of the nodes of a rod into those of the chain, as `with_grips` does."""
     left, right = clamps
+    chain = np.empty((*values.shape[:-2], values.shape[-2] + left + right, 3))
     chain[..., left : chain.shape[-2] - right, :] = values
     if left:
         chain[..., 0, :] = values[..., 0, :]
     if right:
         chain[..., -1, :] = values[..., -1, :]
+    return chain
 
 
 def fold_grips(

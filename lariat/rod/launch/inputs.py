@@ -15,7 +15,7 @@ from lariat.rod.checks import check_durations, check_rollout, check_span, check_
 from lariat.rod.integration_schemes import HISTORY_LENGTHS, time_table
 from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
 from lariat.rod.launch.codes import Derivatives
-from lariat.rod.launch.grip_edges import with_grips, write_with_grips
+from lariat.rod.launch.grip_edges import with_grips
 from lariat.rod.launch.kernel_launch import allocate
 from lariat.rod.launch.layout import (
     HISTORY_SLOTS,
@@ -105,7 +105,7 @@ def prepare(
     states, actions = spec.states, spec.batched_actions
     block_of_step = check_rollout(spec, actions)
     horizon, blocks = len(block_of_step), actions.shape[1]
-    for state in states:
+    for state in {id(state): state for state in states}.values():
         check_state(state, model.node_count, model.frame_count)
         check_span(state, model.properties.length)
     directions = request.directions or ()
@@ -142,18 +142,58 @@ def prepare(
     names = request.parameters
     codes = parameter_codes(names, model.properties) if names else None
     buffers = allocate(pool, sizes, block_of_step, constants.integers, codes)
-    buffers.rods[:, : len(constants.doubles)] = constants.doubles
-    if names:
-        # Residuals of the steps affect these derivatives more than they affect positions.
-        buffers.rods[:, Scalar.TOLERANCE] = DERIVATIVE_TOLERANCE_FACTOR * model.tolerance
-    buffers.section(Section.TIMES)[:] = times.ravel()
-    buffers.section(Section.ACTIONS)[:] = actions.reshape(sizes.batch, -1)
-    _write_states(buffers, states)
+    if not pool.keeps(buffers, constants, times, rows, names):
+        buffers.rods[:, : len(constants.doubles)] = constants.doubles
+        if names:
+            # Residuals of the steps affect these derivatives more than they affect positions.
+            buffers.rods[:, Scalar.TOLERANCE] = DERIVATIVE_TOLERANCE_FACTOR * model.tolerance
+        buffers.section(Section.TIMES)[:] = times.ravel()
+        if len(rows):
+            buffers.obstacles()[:] = rows
+    buffers.once(_action_place)[:] = actions
+    for place, state in zip(buffers.once(_start_places), states, strict=True):
+        place.write(state)
     if request.kinds:
         _write_derivative_inputs(buffers, request, states, float(times[0, TimeRow.DURATION]))
-    if len(rows):
-        buffers.obstacles()[:] = rows
     return buffers
+
+
+class StartPlace(NamedTuple):
+    """Views of the numbers from which the kernel's `start_history` makes a rod's history."""
+
+    velocities: Float64[np.ndarray, "n 3"]
+    positions: Float64[np.ndarray, "n 3"]
+    angular_velocities: Float64[np.ndarray, "m 3"]
+    orientations: Float64[np.ndarray, "m 4"]
+    grips: list[tuple[Float64[np.ndarray, "2 3"], Float64[np.ndarray, "2 3"]]]
+    """For each clamp, velocity and position of the outer node and of the end node, which repeat."""
+
+    def write(self, state: RodState) -> None:
+        """Write a state."""
+        self.velocities[:], self.positions[:] = state.velocities, state.positions
+        self.angular_velocities[:] = state.angular_velocities
+        self.orientations[:] = state.orientations
+        for outer, end in self.grips:
+            outer[:] = end
+
+
+def _action_place(buffers: LaunchBuffers[Sizes]) -> Float64[np.ndarray, "B K 2 6"]:
+    sizes = buffers.sizes
+    return buffers.section(Section.ACTIONS).reshape(sizes.batch, sizes.action_blocks, 2, 6)
+
+
+def _start_places(buffers: LaunchBuffers[Sizes]) -> list[StartPlace]:
+    n, nodes, (left, right) = buffers.sizes.nodes, buffers.sizes.rod_nodes, buffers.sizes.clamps
+    new, old = HISTORY_SLOTS, HISTORY_SLOTS - 1
+    found = []
+    for positions, orientations in zip(
+        buffers.section(Section.POSITIONS), buffers.section(Section.ORIENTATIONS), strict=True
+    ):
+        x = positions[3 * n * (old - 1) : 3 * n * new].reshape(2, n, 3)
+        q = orientations[4 * (n - 1) * (old - 1) : 4 * (n - 1) * new].reshape(2, n - 1, 4)
+        grips = [(x[:, 0], x[:, 1])] * left + [(x[:, -1], x[:, -2])] * right
+        found.append(StartPlace(x[0, nodes], x[1, nodes], q[0, :, :3], q[1], grips))
+    return found
 
 
 def _write_derivative_inputs(
@@ -164,25 +204,10 @@ def _write_derivative_inputs(
 ) -> None:
     if request.kinds & Derivatives.SENSITIVITIES:
         buffers.section(Section.SENSITIVITIES)[:] = 0.0
-        buffers.section(Section.SENSITIVITIES_OUT)[:] = 0.0
         for b, (state, along) in enumerate(zip(states, request.directions or (), strict=False)):
             _write_directions(buffers, b, state, along, h)
     if request.kinds & Derivatives.ADJOINT:
         _write_adjoint_seed(buffers, request.d_cost_d_positions)
-
-
-def _write_states(buffers: LaunchBuffers[Sizes], states: Sequence[RodState]) -> None:
-    """Write the states where the kernel's `start_history` reads them."""
-    n, clamps = buffers.sizes.nodes, buffers.sizes.clamps
-    positions = buffers.section(Section.POSITIONS)
-    orientations = buffers.section(Section.ORIENTATIONS)
-    new, old = HISTORY_SLOTS, HISTORY_SLOTS - 1
-    for b, state in enumerate(states):
-        x = positions[b, 3 * n * (old - 1) : 3 * n * new].reshape(2, n, 3)
-        write_with_grips(x[0], state.velocities, clamps)
-        write_with_grips(x[1], state.positions, clamps)
-        q = orientations[b, 4 * (n - 1) * (old - 1) : 4 * (n - 1) * new].reshape(2, n - 1, 4)
-        q[0, :, :3], q[1] = state.angular_velocities, state.orientations
 
 
 def _write_adjoint_seed(
@@ -199,11 +224,19 @@ def _write_adjoint_seed(
         )
     if not np.isfinite(cost).all():
         raise ValueError("d_cost_d_positions must be finite")
-    for name in (Section.ADJOINT, Section.ACTIONS_OUT, Section.PARAMETERS_OUT):
-        buffers.section(name)[:] = 0.0
+    sums, seed = buffers.once(_adjoint_places)
+    sums[:] = 0.0
+    seed[:] = cost
+
+
+def _adjoint_places(
+    buffers: LaunchBuffers[Sizes],
+) -> tuple[Float64[np.ndarray, "B k"], Float64[np.ndarray, "B H n 3"]]:
+    """Return views of the numbers that start from zero, and of the cost's gradient among them."""
+    sizes, places = buffers.sizes, buffers.places
+    sums = slice(places[Section.ADJOINT].start, places[Section.PARAMETERS_OUT].stop)
     seed = buffers.section(Section.COST_GRADIENT).reshape(-1, sizes.horizon, sizes.nodes, 3)
-    seed[:, :, [0, -1]] = 0.0
-    seed[:, :, sizes.rod_nodes] = cost
+    return buffers.rods[:, sums], seed[:, :, sizes.rod_nodes]
 
 
 def _write_directions(

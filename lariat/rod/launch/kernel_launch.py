@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from itertools import pairwise
@@ -32,12 +33,13 @@ def allocate(
         parameters: `Parameter`, knot and count of knots of each differentiated parameter.
     """
     places, stride, template = _plan(sizes)
-    integers = template.copy()
+    buffers = pool.cut(sizes, places, stride, template)
+    integers = buffers.integers
     integers[MODEL_HEADER] = model_header
     integers[STEP_BLOCKS : STEP_BLOCKS + sizes.horizon] = block_of_step
     if parameters is not None:
         integers[STEP_BLOCKS + sizes.horizon :] = parameters.ravel()
-    return pool.cut(sizes, places, stride, integers)
+    return buffers
 
 
 def launch(buffers: LaunchBuffers[Sizes], threads: int = 1) -> None:
@@ -47,11 +49,14 @@ def launch(buffers: LaunchBuffers[Sizes], threads: int = 1) -> None:
         buffers: Buffers with all inputs.
         threads: Number of threads that share the rods of the batch; Taichi's kernel takes one.
     """
-    kernel = machine_code.kernel() or _through_taichi
     batch = buffers.sizes.batch
     threads = min(threads, batch)
-    if threads == 1 or kernel is _through_taichi:
-        kernel(buffers.integers, buffers.doubles, batch)
+    kernel = machine_code.kernel()
+    if kernel is None:
+        _through_taichi(buffers.integers, buffers.doubles, batch)
+        return
+    if threads == 1:
+        buffers.once(_bound_kernel)()
         return
     stride = int(buffers.integers[Header.STRIDE])
 
@@ -59,12 +64,18 @@ def launch(buffers: LaunchBuffers[Sizes], threads: int = 1) -> None:
         integers = buffers.integers.copy()
         # The obstacles lie behind the last rod, counted from the first rod of a share.
         integers[Header.OBSTACLE_ROWS] -= stride * first
-        kernel(integers, buffers.doubles[stride * first :], end - first)
+        kernel(integers, buffers.doubles[stride * first :], end - first)()
 
     bounds = [batch * k // threads for k in range(threads + 1)]
     shares = [_executor(threads).submit(run_share, first, end) for first, end in pairwise(bounds)]
     for share in shares:
         share.result()
+
+
+def _bound_kernel(buffers: LaunchBuffers[Sizes]) -> Callable[[], object]:
+    kernel = machine_code.kernel()
+    assert kernel is not None
+    return kernel(buffers.integers, buffers.doubles, buffers.sizes.batch)
 
 
 @lru_cache(maxsize=4)

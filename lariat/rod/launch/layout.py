@@ -110,6 +110,8 @@ class Section(IntEnum):
     INERTIA_COUPLINGS = auto()
     EFFECTIVE_BENDS = auto()
     BEND_JACOBIANS = auto()
+    LANES = auto()
+    """Terms of up to `LANE_COUNT` neighbouring edges or bends, term by term."""
     REPORTS = auto()
     """A `ReportRow` for each solve."""
     SENSITIVITIES = auto()
@@ -237,6 +239,12 @@ class ObstacleRow(IntEnum):
     BOUNDING_RADIUS = 16
 
 
+LANE_COUNT = 32
+"""Most neighbours that are evaluated side by side; a multiple of the lanes of a processor."""
+LANE_STRIDE = LANE_COUNT + 8
+"""Distance of the terms of an edge or bend in their section; neighbours lie next to each other."""
+LANE_TERMS = 40
+"""Most terms of an edge or a bend."""
 EFFECTIVE_BEND_WIDTH = 9
 """Numbers of an `EffectiveBend`."""
 HESSIAN_WIDTH = 27

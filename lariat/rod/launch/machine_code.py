@@ -12,8 +12,8 @@ from jaxtyping import Float64, Int32
 from lariat.machine_code import library
 from lariat.machine_code.kernel_source import KernelSource
 
-Kernel = Callable[[Int32[np.ndarray, "k"], Float64[np.ndarray, "m"], int], object]
-"""Function of the two arrays of `layout` and the number of rods."""
+Kernel = Callable[[Int32[np.ndarray, "k"], Float64[np.ndarray, "m"], int], Callable[[], object]]
+"""Function of the two arrays of `layout` and the number of rods, which returns their launch."""
 
 SOURCE = KernelSource(
     "rod",
@@ -47,9 +47,9 @@ def kernel() -> Kernel | None:
     if compiled is None:
         return None
 
-    def run(
+    def bind(
         integers: Int32[np.ndarray, "k"], doubles: Float64[np.ndarray, "m"], count: int
-    ) -> None:
+    ) -> Callable[[], object]:
         # The doubles are passed as matrices, too: no array has to be made for each.
         size, address = len(doubles), doubles.ctypes.data
         arguments = _Arguments(
@@ -63,6 +63,6 @@ def kernel() -> Kernel | None:
             address,
             count,
         )
-        compiled.launch(arguments)
+        return compiled.bind(arguments, integers, doubles)
 
-    return run
+    return bind

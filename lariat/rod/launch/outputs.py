@@ -25,24 +25,38 @@ def read_rollouts(buffers: LaunchBuffers[Sizes], length: float) -> list[Rollout]
         buffers: Buffers after the launch.
         length: Rest length of the rods [m].
     """
+    *motion, counts, converged = buffers.once(_results)
+    # Arrays are indexed: to iterate over them takes several times as long.
+    x, q, v, omega = (view.copy() for view in motion)
+    if counts.shape[2] == 1:
+        iterations, done = counts[:, :, 0].astype(np.int64), converged[:, :, 0].astype(bool)
+    else:
+        iterations = counts.sum(axis=2).astype(np.int64)
+        done = converged.astype(bool).all(axis=2)
+    return [
+        Rollout(
+            x[b], q[b], RodState(x[b, -1], q[b, -1], v[b], omega[b]), iterations[b], done[b], length
+        )
+        for b in range(buffers.sizes.batch)
+    ]
+
+
+def _results(buffers: LaunchBuffers[Sizes]) -> tuple[Float64[np.ndarray, "B ..."], ...]:
+    """Return positions and orientations of every step, the last velocities and angular velocities,
+    and iterations and convergence of every solve, as views."""
     n, sizes = buffers.sizes.nodes, buffers.sizes
     batch, nodes = sizes.batch, sizes.rod_nodes
     solves = sizes.steps // sizes.horizon
     ends = slice(HISTORY_SLOTS - 1 + solves, None, solves)
-    positions = buffers.section(Section.POSITIONS).reshape(batch, -1, n, 3)[:, ends, nodes].copy()
-    orientations = buffers.section(Section.ORIENTATIONS).reshape(batch, -1, n - 1, 4)
-    orientations = orientations[:, ends].copy()
-    velocities = buffers.section(Section.TARGET_POSITIONS).reshape(batch, n, 3)[:, nodes].copy()
-    angular = buffers.section(Section.TENSIONS).reshape(batch, n - 1, 3).copy()
     report = buffers.section(Section.REPORTS).reshape(batch, sizes.horizon, solves, -1)
-    iterations = report[..., ReportRow.ITERATIONS].sum(axis=2).astype(np.int64)
-    converged = (report[..., ReportRow.CONVERGED] > 0.0).all(axis=2)
-    return [
-        Rollout(x, q, RodState(x[-1], q[-1], v, omega), count, done, length)
-        for x, q, v, omega, count, done in zip(
-            positions, orientations, velocities, angular, iterations, converged, strict=True
-        )
-    ]
+    return (
+        buffers.section(Section.POSITIONS).reshape(batch, -1, n, 3)[:, ends, nodes],
+        buffers.section(Section.ORIENTATIONS).reshape(batch, -1, n - 1, 4)[:, ends],
+        buffers.section(Section.TARGET_POSITIONS).reshape(batch, n, 3)[:, nodes],
+        buffers.section(Section.TENSIONS).reshape(batch, n - 1, 3),
+        report[..., ReportRow.ITERATIONS],
+        report[..., ReportRow.CONVERGED],
+    )
 
 
 def read_linearizations(buffers: LaunchBuffers[Sizes], length: float) -> list[Linearization]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -72,6 +73,7 @@ def then_still(moves: Moves) -> Moves:
     return np.concatenate([moves, np.zeros((SETTLING_COUNT, 2, 6))])
 
 
+@functools.cache
 def rest_state(node_count: int) -> RodState:
     """Return the state in which every solver starts: the rod at rest."""
     return Rod(PROPERTIES, node_count).rest(LEFT_GRIP, RIGHT_GRIP).state

@@ -72,7 +72,8 @@ def draw(points: Sequence[Row], growth: Sequence[Row], path: Path) -> None:
         fontsize=8, color="0.35",
     )  # fmt: skip
     moving.text(
-        0.985, 0.975, "dots: every setting\nlines: the best of each solver\ndotted: the best of all",
+        0.985, 0.975,
+        "dots: every setting\nlines: the best of each solver\ndotted: the best of all",
         transform=moving.transAxes, ha="right", va="top", fontsize=8, color="0.35",
     )  # fmt: skip
     for k, (quantity, title) in enumerate(TITLES.items() if growth else ()):

@@ -64,8 +64,6 @@ class Growth:
 
 def rows() -> Iterator[Growth]:
     """Yield the times by number of nodes, of obstacles and of ropes."""
-    # The first run of a process reads caches and takes memory.
-    _run_time(next(our_rod.contenders()), actions())
     found: dict[tuple[object, ...], Growth] = {}
     # In turn, so that what disturbs a machine for seconds does not make one solver slow.
     for _ in range(ROUNDS):

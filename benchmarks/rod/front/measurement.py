@@ -17,7 +17,7 @@ from benchmarks.rod.front import continuum, mujoco_ropes, our_rod
 from benchmarks.rod.front.continuum import Continuum
 from benchmarks.rod.front.motion import ACTION_COUNT, Contender, actions
 
-ROUNDS, ROUND_TIME = 3, 0.85
+ROUNDS, ROUND_TIME = 3, 0.7
 """Number of runs of a contender, of which the fastest counts, and time above which it runs once."""
 REFERENCE = "reference"
 """Name of the row with the continuum's own error."""

@@ -13,14 +13,12 @@ import numpy as np
 from jaxtyping import Float64
 from mujoco.batch import Batch
 
-from benchmarks.rod import work_precision as diagram
-from benchmarks.rod.work_precision import ACTION_DURATION, LEFT_GRIP, NODE_COUNT, RIGHT_GRIP
+from benchmarks.rod.front.motion import ACTION_DURATION, PROPERTIES, rest_state
+from benchmarks.rod.front.mujoco_ropes import ROPES, MujocoRun, RopeMaker
 from lariat.rod import Rod, RodState, RolloutSpec
-from services.sim.plants.flex_rope import FlexRope
-from services.sim.plants.linked_rope import LinkedRope
 
-ROD_COUNT, STEP_COUNT = 64, 5
-"""Number of ropes of a batch, and steps of 10 ms of a call."""
+ROD_COUNT, NODE_COUNT, STEP_COUNT = 64, 40, 5
+"""Number of ropes of a batch, of their nodes, and of steps of 10 ms of a call."""
 REPEATS = 5
 """Number of timed calls; the fastest counts."""
 
@@ -45,9 +43,9 @@ def rates(threads: tuple[int, ...] = (1, 2)) -> Iterator[BatchRate]:
     """
     rng = np.random.default_rng(0)
     speeds = rng.uniform(-0.3, 0.3, (ROD_COUNT, 3))
-    start = Rod(diagram.PROPERTIES, NODE_COUNT).rest(LEFT_GRIP, RIGHT_GRIP).state
+    start = rest_state(NODE_COUNT)
     for count in threads:
-        rod = Rod(diagram.PROPERTIES, NODE_COUNT, threads=count)
+        rod = Rod(PROPERTIES, NODE_COUNT, threads=count)
         spec = _spec(start, speeds)
         cost = rng.standard_normal((ROD_COUNT, STEP_COUNT, NODE_COUNT, 3))
         yield _rate("direct", count, lambda rod=rod, spec=spec: rod.rollout(spec))
@@ -56,8 +54,8 @@ def rates(threads: tuple[int, ...] = (1, 2)) -> Iterator[BatchRate]:
             count,
             lambda rod=rod, spec=spec, cost=cost: rod.gradient(spec, cost, ()),
         )
-        for make, name in ((FlexRope, "MuJoCo flex"), (LinkedRope, "MuJoCo links")):
-            yield _rate(name, count, _mujoco(make, start, speeds, count))
+        for name, make in ROPES.items():
+            yield _rate(name, count, _mujoco(make, speeds, count))
 
 
 def _spec(start: RodState, speeds: Float64[np.ndarray, "B 3"]) -> RolloutSpec[list[RodState]]:
@@ -67,9 +65,9 @@ def _spec(start: RodState, speeds: Float64[np.ndarray, "B 3"]) -> RolloutSpec[li
 
 
 def _mujoco(
-    make: diagram.RopeMaker, start: RodState, speeds: Float64[np.ndarray, "B 3"], threads: int
+    make: RopeMaker, speeds: Float64[np.ndarray, "B 3"], threads: int
 ) -> Callable[[], None]:
-    run = diagram.MujocoRun(make, start, ACTION_DURATION)
+    run = MujocoRun(make, NODE_COUNT, ACTION_DURATION, np.zeros((1, 2, 6)))
     batch = Batch(run.model, nsim=ROD_COUNT, nthread=threads)
     positions, velocities = batch.bind("qpos"), batch.bind("qvel")
     grips, frames = batch.bind("mocap_pos"), batch.bind("mocap_quat")

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from benchmarks.result_block import find_block, show
 
-Part = Literal["gradients", "speed", "batch", "start", "hard", "against-paper", "diagram"]
+Part = Literal["gradients", "speed", "batch", "start", "hard", "against-paper", "diagram", "growth"]
 ALL_PARTS: tuple[Part, ...] = get_args(Part)
 """All parts, in the order of their tables."""
 CAPTIONS: dict[Part, str] = {
@@ -24,7 +24,8 @@ CAPTIONS: dict[Part, str] = {
     "start": "time of a fresh process until its first gradient, n = 10, without and with kept code",
     "hard": "random rods of 5 to 401 nodes, both ends yanked, an obstacle in their middle",
     "against-paper": "n = 40, 5 steps of 10 ms, no contact; processor time",
-    "diagram": "n = 40; errors against the continuum, in motion and at rest",
+    "diagram": "errors against the continuum, in motion and at rest; processor time of one core",
+    "growth": "processor time of one core for 10 ms of motion of a rope",
 }
 """Conditions of each table; plant, camera and adaptation are not involved."""
 
@@ -42,17 +43,19 @@ def run(
     gradients by number of nodes), `batch` (throughput of many rods on threads, beside MuJoCo's
     ropes), `start` (time until the first gradient of a process), `hard`
     (rods that are yanked and start inside an obstacle), `against-paper` (gradients by Taichi's
-    reverse mode through the paper's solver), and `diagram` (error over time, beside the paper's
-    solver, MuJoCo and PyElastica). The rod is measured alone: no plant, camera or adaptation.
+    reverse mode through the paper's solver), `diagram` (error over time, beside the paper's
+    solver, MuJoCo's ropes and, where they are installed, PyElastica and Newton), and `growth`
+    (their time over nodes, obstacles and ropes). The rod is measured alone: no plant, camera or
+    adaptation.
 
     Examples:
       lariat bench rod --part speed gradients
-      lariat bench rod --part diagram --plots docs/results/rod
+      lariat bench rod --part diagram growth --plots docs/results/rod
 
     Args:
         part: Parts to measure; all by default.
         cases: Number of random rods of the part `hard`.
-        plots: Folder for error-against-time.png, the plot of the part `diagram`.
+        plots: Folder for error-against-time.png, the picture of `diagram` and `growth`.
         docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of tables.
     """
@@ -70,9 +73,9 @@ def run(
     else:
         show([_table(name, rows) for name, rows in tables.items()], block)
     if plots is not None and "diagram" in tables:
-        from benchmarks.rod.work_precision_plot import draw
+        from benchmarks.rod.front.picture import draw
 
-        draw(tables["diagram"], plots / "error-against-time.png")
+        draw(tables["diagram"], tables.get("growth", ()), plots / "error-against-time.png")
     return 0
 
 
@@ -110,9 +113,15 @@ def _measure(name: Part, cases: int, report: Callable[[int], None]) -> list[Mapp
             times = gradient_times.compare(runner.xpbd, runner.direct)
             return [{"quantity": name, "value": value} for name, value in times.items()]
         case "diagram":
-            from benchmarks.rod import work_precision
+            from benchmarks.rod.front import measurement
 
-            return [asdict(point) for point in work_precision.points()]
+            with measurement.one_core():
+                return [asdict(point) for point in measurement.points()]
+        case "growth":
+            from benchmarks.rod.front import growth, measurement
+
+            with measurement.one_core():
+                return [asdict(row) for row in growth.rows()]
 
 
 def _table(name: Part, rows: Sequence[Mapping[str, object]]) -> Table:

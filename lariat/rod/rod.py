@@ -27,7 +27,7 @@ from lariat.rod.integration_schemes import Scheme
 from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
 from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.inputs import NO_DERIVATIVES, DerivativeRequest, pack_constants, prepare
-from lariat.rod.launch.kernel_launch import launch
+from lariat.rod.launch.kernel_launch import Device, check_device, launch
 from lariat.rod.launch.layout import REPORT_WIDTH, ReportRow, Section
 from lariat.rod.launch.outputs import read_gradients, read_linearizations, read_rollouts
 from lariat.rod.launch.sizes import Sizes
@@ -56,6 +56,7 @@ class Rod:
         scheme: Scheme = "euler",
         self_contact: bool = False,
         threads: int = 1,
+        device: Device | None = None,
     ) -> None:
         """Create a rod.
 
@@ -72,18 +73,23 @@ class Rod:
             self_contact: Whether strands of the rod collide with each other. They must not
                 approach by a diameter within a step.
             threads: Number of threads that share the rods of a batch; results do not depend on it.
+            device: Runtime of Taichi that steps each rod of a batch in a thread of its own: "cuda"
+                on a GPU, "taichi-cpu" on all cores. By default machine code on `threads`. The
+                search for equilibria always takes the latter.
 
         Raises:
-            ValueError: An argument is out of its range.
+            ValueError: An argument is out of its range, or the device is not there.
         """
         self.model = ImplicitRodModel(
             properties, node_count, left, right, gravity, tolerance, scheme, self_contact
         )
         if threads < 1:
             raise ValueError(f"threads must be at least 1, got {threads}")
+        check_device(device, threads)
         self._constants = pack_constants(self.model)
         self._pool = BufferPool()
         self._threads = threads
+        self._device: Device | None = device
 
     @property
     def properties(self) -> RodProperties:
@@ -117,6 +123,7 @@ class Rod:
         other._constants = pack_constants(other.model)
         other._pool = self._pool
         other._threads = self._threads
+        other._device = self._device
         return other
 
     def straight(self, left_point: Sequence[float], right_point: Sequence[float]) -> RodState:
@@ -148,7 +155,7 @@ class Rod:
             ValueError: The specification does not fit the rod.
         """
         buffers = self._prepare(spec)
-        launch(buffers, self._threads)
+        launch(buffers, self._threads, self._device)
         found = read_rollouts(buffers, self.properties.length)
         return found if spec.is_batch else found[0]
 
@@ -198,7 +205,7 @@ class Rod:
                 Derivatives.SENSITIVITIES, parameters, with_actions, directions=state_directions
             ),
         )
-        launch(buffers, self._threads)
+        launch(buffers, self._threads, self._device)
         found = read_linearizations(buffers, self.properties.length)
         return found if spec.is_batch else found[0]
 
@@ -249,7 +256,7 @@ class Rod:
         buffers = self._prepare(
             spec, DerivativeRequest(Derivatives.ADJOINT, parameters, d_cost_d_positions=seed)
         )
-        launch(buffers, self._threads)
+        launch(buffers, self._threads, self._device)
         found = read_gradients(buffers, spec.states, self.properties.length, parameters)
         return found if spec.is_batch else found[0]
 

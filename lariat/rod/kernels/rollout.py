@@ -38,6 +38,18 @@ def roll_out(ni: Integers, w: Doubles, w33: Matrices33, w36: Matrices36, batch: 
         write_final_velocities(ni, w, rod)
 
 
+@ti.kernel
+def roll_out_side_by_side(
+    ni: Integers, w: Doubles, w33: Matrices33, w36: Matrices36, batch: ti.i32
+):
+    """Roll out every rod of a batch in a thread of its own, with the derivatives of the header."""
+    for b in range(batch):
+        rod = b * ni[Header.STRIDE]
+        start_history(ni, w, rod)
+        advance(ni, w, w33, w36, rod)
+        write_final_velocities(ni, w, rod)
+
+
 @ti.func
 def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.template(), rod):
     """Solve every step from the end of the last, then carry the adjoint back.

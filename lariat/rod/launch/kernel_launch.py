@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from itertools import pairwise
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float64, Int32, Int64
@@ -14,6 +15,9 @@ from lariat.rod.launch import machine_code
 from lariat.rod.launch.buffers import BufferPool, LaunchBuffers, kernel_arrays
 from lariat.rod.launch.layout import MODEL_HEADER, PARAMETER_WIDTH, STEP_BLOCKS, Header
 from lariat.rod.launch.sizes import Sizes, sections
+
+Device = Literal["taichi-cpu", "cuda"]
+"""Device on which Taichi's runtime steps every rod of a batch in a thread of its own."""
 
 
 def allocate(
@@ -42,13 +46,17 @@ def allocate(
     return buffers
 
 
-def launch(buffers: LaunchBuffers[Sizes], threads: int = 1) -> None:
+def launch(buffers: LaunchBuffers[Sizes], threads: int = 1, device: Device | None = None) -> None:
     """Run the kernel on buffers that have been filled, from its library or through Taichi.
 
     Args:
         buffers: Buffers with all inputs.
         threads: Number of threads that share the rods of the batch; Taichi's kernel takes one.
+        device: Device of Taichi, or None for the library.
     """
+    if device is not None:
+        _on_device(device, buffers)
+        return
     batch = buffers.sizes.batch
     threads = min(threads, batch)
     kernel = machine_code.kernel()
@@ -70,6 +78,24 @@ def launch(buffers: LaunchBuffers[Sizes], threads: int = 1) -> None:
     shares = [_executor(threads).submit(run_share, first, end) for first, end in pairwise(bounds)]
     for share in shares:
         share.result()
+
+
+def check_device(device: Device | None, threads: int) -> None:
+    """Refuse a device that is not there, or that would ignore the number of threads.
+
+    Raises:
+        ValueError: The device is unknown or missing, or several threads are asked for beside it.
+    """
+    if device is None:
+        return
+    if device not in get_args(Device):
+        raise ValueError(f"device must be one of {', '.join(get_args(Device))}, got {device}")
+    if threads > 1:
+        raise ValueError(f"a device has threads of its own: leave out threads={threads}")
+    if device == "cuda":
+        from lariat.machine_code import taichi_runtime
+
+        taichi_runtime.check_cuda()
 
 
 def _bound_kernel(buffers: LaunchBuffers[Sizes]) -> Callable[[], object]:
@@ -119,3 +145,20 @@ def _through_taichi(
     from lariat.rod.kernels import rollout
 
     taichi_runtime.launch(rollout.roll_out, kernel_arrays(integers, doubles), count)
+
+
+def _on_device(device: Device, buffers: LaunchBuffers[Sizes]) -> None:
+    from lariat.machine_code import taichi_runtime
+
+    if device == "cuda":
+        taichi_runtime.start("cuda")
+    else:
+        taichi_runtime.start(threads=None)
+    from lariat.rod.kernels import rollout
+
+    used = buffers.doubles[: buffers.rods.size + buffers.obstacles().size]
+    taichi_runtime.launch_on_device(
+        rollout.roll_out_side_by_side,
+        kernel_arrays(buffers.integers, used),
+        buffers.sizes.batch,
+    )

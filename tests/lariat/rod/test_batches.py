@@ -2,15 +2,43 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.rod import Rod, RodProperties, RolloutSpec
+from lariat.rod.launch.kernel_launch import Device
 
 PROPERTIES = RodProperties(0.45, 0.008, 0.044, 1e6)
+ROOT = Path(__file__).parents[3]
+ON_A_DEVICE = """
+import sys
+import numpy as np
+from lariat.geometry.obstacles import Obstacle, pack
+from lariat.rod import Rod, RodProperties, RolloutSpec
+rods = [
+    Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 12, scheme="sdirk2", self_contact=True, device=d)
+    for d in (None, sys.argv[1])
+]
+start = rods[0].straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3])
+rng = np.random.default_rng(0)
+obstacles = pack([Obstacle("sphere", (0.2, 0.0, 0.27), radius=0.02)])
+for count in (1, 5, 5):
+    actions = rng.uniform(-0.3, 0.3, (count, 3, 2, 6))
+    spec = RolloutSpec([start] * count, actions, 0.01, obstacles=obstacles, substeps=2)
+    cost = rng.standard_normal((count, 3, 12, 3))
+    for a, b in zip(*(rod.gradient(spec, cost) for rod in rods), strict=True):
+        np.testing.assert_allclose(a.rollout.positions, b.rollout.positions, rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(a.actions, b.actions, rtol=1e-9, atol=1e-12)
+    for a, b in zip(*(rod.linearize(spec) for rod in rods), strict=True):
+        ours, theirs = a.d_positions_d_actions, b.d_positions_d_actions
+        np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-11)
+"""
 OBSTACLES = pack([Obstacle("sphere", (0.2, 0.0, 0.27), radius=0.02)])
 
 
@@ -38,3 +66,25 @@ def test_threads_share_a_batch_without_changing_its_results(threads: int) -> Non
 def test_a_rod_without_threads_is_refused() -> None:
     with pytest.raises(ValueError, match="threads must be at least 1, got 0"):
         Rod(PROPERTIES, 12, threads=0)
+
+
+@pytest.mark.parametrize("device", ["taichi-cpu", "cuda"])
+def test_a_device_computes_what_machine_code_computes(device: Device) -> None:
+    # Taichi runs on one device in a process.
+    done = subprocess.run(
+        [sys.executable, "-c", ON_A_DEVICE, device], capture_output=True, text=True, cwd=ROOT
+    )
+    if device == "cuda" and "device='cuda' needs a GPU" in done.stderr:
+        pytest.skip("no CUDA: " + done.stderr.strip().splitlines()[-1])
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_missing_gpu_is_named_with_a_way_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("taichi.lang.misc.is_arch_supported", lambda arch: False)
+    with pytest.raises(ValueError, match=r"device='cuda' needs a GPU.*use device='taichi-cpu'"):
+        Rod(PROPERTIES, 12, device="cuda")
+
+
+def test_a_device_with_threads_is_refused() -> None:
+    with pytest.raises(ValueError, match="leave out threads=2"):
+        Rod(PROPERTIES, 12, threads=2, device="taichi-cpu")

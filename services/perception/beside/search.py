@@ -8,7 +8,8 @@ from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from services.perception.beside.other_ropes import SeenLine, is_away
-from services.perception.beside.thin_things import KnownScene, RgbdView, thin_things
+from services.perception.beside.thin_things import RgbdView, thin_things
+from services.perception.beside.unexplained import KnownScene
 from services.perception.centerline.estimate import CenterlineEstimate
 from services.perception.tracking.centerline_tracker import MAX_LEARNT_DOUBT
 from shared.scenario.sections import Limits

@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 
+from services.perception.rgbd.decoding import Picture
+
 Color = tuple[int, int, int]
 """Red, green, blue, 0..255."""
 
@@ -45,9 +47,9 @@ class Region:
     """First row of the region in the whole image."""
 
 
-def brightness(color: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w"]:
+def brightness(color: Picture) -> UInt8[np.ndarray, "h w"]:
     """Return the brightness of every pixel."""
-    return cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
+    return color if color.ndim == 2 else cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
 
 
 class ColorLikeness:

@@ -169,14 +169,19 @@ def _long_parts(
     if np.hypot(width, height) < min_length:
         return None
     near = mask[top : top + height, left : left + width]
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(near, connectivity=8)
-    sides = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]]
-    kept = np.hypot(*sides.T) >= min_length
+    count, labels = cv2.connectedComponents(near, connectivity=8)
+    # Counted by OpenCV, their extents take several times as long as the components.
+    at = np.stack(np.nonzero(near))[::-1]
+    number = labels[at[1], at[0]]
+    low, high = np.full((count, 2), max(near.shape)), np.zeros((count, 2), int)
+    for axis in range(2):
+        np.minimum.at(low[:, axis], number, at[axis])
+        np.maximum.at(high[:, axis], number, at[axis] + 1)
+    kept = np.hypot(*(high - low).T) >= min_length
     kept[0] = False
     if not np.any(kept):
         return None
-    low = stats[kept, : cv2.CC_STAT_WIDTH].min(axis=0)
-    high = (stats[kept, : cv2.CC_STAT_WIDTH] + sides[kept]).max(axis=0)
+    low, high = low[kept].min(axis=0), high[kept].max(axis=0)
     part = np.s_[low[1] : high[1], low[0] : high[0]]
     corner = left + int(low[0]), top + int(low[1])
     nearer = difference[top : top + height, left : left + width][part]

@@ -140,8 +140,10 @@ def segment_rope(
     left, top = max(x - margin, 0), max(y - margin, 0)
     part = np.s_[top : y + h + margin, left : x + w + margin]
     mask = mask[part]
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    kept = stats[:, cv2.CC_STAT_AREA] >= min_pixels
+    count, labels = cv2.connectedComponents(mask, connectivity=8)
+    # Counted by OpenCV, areas take longer than the components.
+    areas = np.bincount(labels[mask.view(bool)], minlength=count)
+    kept = areas >= min_pixels
     kept[0] = False
     if not np.any(kept):
         return None

@@ -15,6 +15,8 @@ from skimage.morphology import skeletonize
 
 NEIGHBOUR_OFFSETS = [(-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1)]
 """Row and column offsets of a pixel's eight neighbours."""
+STAIRCASES = [(0, 1, 3), (2, 1, 4), (5, 3, 6), (7, 4, 6)]
+"""Number of each diagonal offset, and those of the two straight ones beside it."""
 
 MIN_STRAND_PIXELS = 5
 """Length below which a strand is dropped, since it has no direction [pixels]."""
@@ -86,7 +88,16 @@ def trace_branches(skeleton: Bool[np.ndarray, "h w"]) -> list[Branch]:
         used.add(start)
         before, here = first, start
         while True:
-            onward = [q for q in near[here] if q != before and (q in crossing or q not in used)]
+            beside = near[here]
+            if len(beside) == 2 and before in beside:
+                q = beside[beside[0] == before]
+                if q not in crossing and q not in used:
+                    # Nothing but a path: most pixels.
+                    before, here = here, q
+                    used.add(q)
+                    path.append(q)
+                    continue
+            onward = [q for q in beside if q != before and (q in crossing or q not in used)]
             stops = [q for q in onward if q in crossing]
             if stops and not (len(path) == 1 and before in crossing and len(onward) > 1):
                 end = junction[stops[0]]
@@ -116,17 +127,17 @@ def trace_branches(skeleton: Bool[np.ndarray, "h w"]) -> list[Branch]:
 def _neighbours(skeleton: Bool[np.ndarray, "h w"]) -> dict[Pixel, list[Pixel]]:
     """Return the skeleton pixels next to each one, in the order of rows, then columns."""
     rows, columns = np.nonzero(skeleton)
-    offsets = np.array(NEIGHBOUR_OFFSETS)
     padded = np.pad(skeleton, 1)
-    above, left = rows[:, None] + 1, columns[:, None] + 1
-    beside_rows, beside_columns = above + offsets[:, 0], left + offsets[:, 1]
-    near = padded[beside_rows, beside_columns]
+    width, flat = padded.shape[1], padded.ravel()
+    at = (rows + 1) * width + columns + 1
+    steps = np.array([r * width + c for r, c in NEIGHBOUR_OFFSETS])
+    near = flat[at[:, None] + steps]
     # A diagonal neighbour beside a straight one is the corner of a staircase, not a branch.
-    corner = padded[beside_rows, left] | padded[above, beside_columns]
-    near &= ~(corner & np.all(offsets != 0, axis=1))
+    for diagonal, one, two in STAIRCASES:
+        near[:, diagonal] &= ~(near[:, one] | near[:, two])
     pixel, offset = np.nonzero(near)
-    beside = (np.stack([rows, columns], axis=1)[pixel] + offsets[offset]).tolist()
-    found = [(row, column) for row, column in beside]
+    beside = at[pixel] + steps[offset]
+    found = [*zip((beside // width - 1).tolist(), (beside % width - 1).tolist(), strict=True)]
     ends = np.cumsum(np.count_nonzero(near, axis=1)).tolist()
     pixels = zip(rows.tolist(), columns.tolist(), strict=True)
     return {p: found[a:b] for p, a, b in zip(pixels, [0, *ends[:-1]], ends, strict=True)}

@@ -126,6 +126,7 @@ class PerceptionService:
             for setup in self._scenario.camera_setups:
                 tracker = self._new_tracker(setup, setup.intrinsics)
                 tracker.warm_up(*self._scenario.grips(self._scenario.start))
+            self._search.warm_up()
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Process the newest frame and every request."""

@@ -22,8 +22,8 @@ class SmoothDepth:
     """Means of neighbouring depths."""
 
     depth: UInt16[np.ndarray, "h w"]
-    """Means [mm]; around pixels without any depth, of a larger square."""
-    count: Float32[np.ndarray, "h w"]
+    """Means [mm]; where no depth is around, one from farther around."""
+    count: Float32[np.ndarray, "h w"] | UInt8[np.ndarray, "h w"]
     """Number of depths that each is the mean of; 0 without any."""
 
 
@@ -38,23 +38,31 @@ def smoothed(depth: UInt16[np.ndarray, "h w"]) -> SmoothDepth:
     return SmoothDepth(_filled(cv2.divide(total, count), count, depth, measured, HOLE_SIDE), count)
 
 
-def halved(depth: UInt16[np.ndarray, "h w"]) -> SmoothDepth:
-    """Return an image of half the width and height: the mean of each square of two by two pixels.
+def reduced(depth: UInt16[np.ndarray, "h w"], factor: int) -> SmoothDepth:
+    """Return a smaller image: the mean of each square of so many pixels.
+
+    A square without any depth has the farthest one around it.
 
     Args:
-        depth: Depth image [mm], 0 where nothing was measured; a last odd row or column is left out.
+        depth: Depth image [mm], 0 where nothing was measured; rows and columns that are left over
+            at its end are left out.
+        factor: Side of the squares [pixels], up to 11.
     """
-    height, width = depth.shape[0] // 2, depth.shape[1] // 2
-    depth, size = depth[: 2 * height, : 2 * width], (width, height)
-    measured = (depth > 0).view(np.uint8) * np.uint8(4)
+    height, width = depth.shape[0] // factor, depth.shape[1] // factor
+    depth, size = depth[: factor * height, : factor * width], (width, height)
+    # Its mean over a square is the number of depths.
+    measured = (depth > 0).view(np.uint8) * np.uint8(factor**2)
     mean = cv2.resize(depth, size, interpolation=cv2.INTER_AREA)
     count = cv2.resize(measured, size, interpolation=cv2.INTER_AREA)
-    part = count < 4
-    if np.any(part):
-        mean[part] = 4.0 * mean[part] / np.maximum(count[part], 1)
-        known = (count > 0).view(np.uint8)
-        mean = _filled(mean, count, mean, known, HOLE_SIDE // 2 | 1)
-    return SmoothDepth(mean, count.astype(np.float32))
+    part = np.flatnonzero(count < factor**2)
+    some = np.maximum(count.ravel()[part], 1)
+    mean.ravel()[part] = np.rint(mean.ravel()[part] * (float(factor**2) / some))
+    holes = np.flatnonzero(count == 0)
+    if len(holes):
+        side = HOLE_SIDE // factor | 1
+        around = cv2.dilate(mean, np.ones((side, side), np.uint8)).ravel()[holes]
+        mean.ravel()[holes] = np.where(around > 0, around, np.iinfo(np.uint16).max)
+    return SmoothDepth(mean, count)
 
 
 def nearness(depth: UInt16[np.ndarray, "h w"], max_width: int) -> UInt16[np.ndarray, "h w"]:
@@ -79,22 +87,29 @@ def nearness(depth: UInt16[np.ndarray, "h w"], max_width: int) -> UInt16[np.ndar
 
 def near_mask(
     difference: UInt16[np.ndarray, "h w"],
-    count: Float32[np.ndarray, "h w"],
+    smooth: SmoothDepth,
     least: float,
     depth_sigma: float,
+    max_depth: float,
 ) -> UInt8[np.ndarray, "h w"]:
     """Return 1 at pixels that are nearer than their surroundings by more than noise.
 
     Args:
         difference: How much nearer each pixel is [mm].
-        count: Number of depths that it is the mean of; no pixel without a depth around it is near.
+        smooth: Depths that were compared; no pixel without a depth around it is near.
         least: Least difference that counts [m].
         depth_sigma: Standard deviation of a single depth [m].
+        max_depth: Depth beyond which no pixel counts [m].
     """
-    near = difference.astype(np.float32)
+    mask = np.zeros(difference.shape, np.uint8)
+    # Few pixels are nearer at all.
+    at = np.flatnonzero(difference > 1e3 * least)
+    near, count = difference.ravel()[at].astype(np.float32), smooth.count.ravel()[at]
     # Squared, so that no root is taken; without depths around a pixel, the product is zero.
     surely = near * near * count > (1e3 * NOISE_SIGMAS * depth_sigma) ** 2
-    return (surely & (difference > 1e3 * least)).view(np.uint8)
+    surely &= smooth.depth.ravel()[at] <= 1e3 * max_depth
+    mask.ravel()[at[surely]] = 1
+    return mask
 
 
 def _filled(
@@ -105,11 +120,11 @@ def _filled(
     side: int,
 ) -> UInt16[np.ndarray, "h w"]:
     """Means, of larger squares where they are of no depth; the farthest depth where those are."""
-    holes = count == 0
-    if np.any(holes):
-        around, known = (_sum(image, side)[holes] for image in (depth, measured))
+    holes = np.flatnonzero(count == 0)
+    if len(holes):
+        around, known = (_sum(image, side).ravel()[holes] for image in (depth, measured))
         farthest = np.iinfo(np.uint16).max
-        mean[holes] = np.where(known > 0.0, around / np.maximum(known, 1.0), farthest)
+        mean.ravel()[holes] = np.where(known > 0.0, around / np.maximum(known, 1.0), farthest)
     return mean.astype(np.uint16, copy=False)
 
 

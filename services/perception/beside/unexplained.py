@@ -31,6 +31,8 @@ BODY_MARGIN = 0.005
 """Distance from an obstacle up to which a pixel shows it [m]."""
 GRIPPER_MARGIN = 0.015
 """The same for a gripper, whose capsule is coarse [m]."""
+MIN_LENGTH_SHARE = 0.7
+"""Number of pixels of a connected part, relative to its length, of which it has at least [-]."""
 
 
 @dataclass(frozen=True)
@@ -99,14 +101,20 @@ def unexplained(
     far = float(np.max(z))
     least, min_length = scale.least_share * least_nearness(known), scale.min_length * focus / far
     difference = nearness(smooth.depth, widest(camera, far))
-    mask = near_mask(difference, smooth.count, least, scale.least_share * depth_sigma)
-    mask[smooth.depth > 1e3 * MAX_RANGE * far] = 0
+    sigma = scale.least_share * depth_sigma
+    mask = near_mask(difference, smooth, least, sigma, MAX_RANGE * far)
     _erase_rope(mask, nodes, focus / z, known, scale.rope_margin)
-    # Most often nothing long is left, and no distance from a body has to be computed.
+    # Half spaces are never thin, and what lies on them is not to be taken for them.
+    solid = [o for o in known.obstacles if o.shape != "half_space" and not o.keep_in]
     region = _long_parts(mask, difference, 1e3 * least, min_length)
     if region is None:
         return None
-    _erase_bodies(mask, smooth.depth, camera, known, bias, scale.outline)
+    # Distances from bodies are dear: they are computed for what is long alone.
+    height, width = region.mask.shape
+    mask[:] = 0
+    mask[region.top : region.top + height, region.left : region.left + width] = region.mask
+    for bodies, margin in ((known.grippers, GRIPPER_MARGIN), (solid, BODY_MARGIN)):
+        _erase_bodies(mask, smooth.depth, camera, bodies, margin, bias, scale.outline)
     return _long_parts(mask, difference, 1e3 * least, min_length)
 
 
@@ -129,23 +137,21 @@ def _erase_bodies(
     mask: UInt8[np.ndarray, "h w"],
     depth: UInt16[np.ndarray, "h w"],
     camera: Camera,
-    known: KnownScene,
+    bodies: Sequence[Obstacle],
+    margin: float,
     bias: float,
     outline: int,
 ) -> None:
-    """Set the pixels of obstacles and grippers to zero, with those on their outlines.
-
-    Half spaces are never thin, and what lies on them is not to be taken for them.
-    """
+    """Set the pixels up to a margin from bodies to zero, with those on their outlines."""
     found = cv2.findNonZero(mask)
-    if found is None:
+    if found is None or not bodies:
         return
     pixels = found.reshape(-1, 2).astype(float)
     columns, rows = found.reshape(-1, 2).T
     points = camera.back_project(pixels, 1e-3 * depth[rows, columns] - bias)
-    bodies = [o for o in known.obstacles if o.shape != "half_space" and not o.keep_in]
-    shown = scene_distance(points, bodies) < BODY_MARGIN
-    shown |= scene_distance(points, known.grippers) < GRIPPER_MARGIN
+    shown = scene_distance(points, bodies) < margin
+    if not np.any(shown):
+        return
     bodies_mask = np.zeros_like(mask)
     bodies_mask[rows[shown], columns[shown]] = 1
     mask[cv2.dilate(bodies_mask, np.ones((outline, outline), np.uint8)) > 0] = 0
@@ -171,17 +177,18 @@ def _long_parts(
     near = mask[top : top + height, left : left + width]
     count, labels = cv2.connectedComponents(near, connectivity=8)
     # Counted by OpenCV, their extents take several times as long as the components.
-    at = np.stack(np.nonzero(near))[::-1]
-    number = labels[at[1], at[0]]
-    low, high = np.full((count, 2), max(near.shape)), np.zeros((count, 2), int)
-    for axis in range(2):
-        np.minimum.at(low[:, axis], number, at[axis])
-        np.maximum.at(high[:, axis], number, at[axis] + 1)
-    kept = np.hypot(*(high - low).T) >= min_length
-    kept[0] = False
-    if not np.any(kept):
+    columns, rows = np.asarray(cv2.findNonZero(near)).reshape(-1, 2).T
+    number = labels[rows, columns]
+    kept, corners = np.zeros(count, bool), []
+    for k in np.flatnonzero(np.bincount(number) > MIN_LENGTH_SHARE * min_length):
+        x, y = columns[number == k], rows[number == k]
+        low, high = (x.min(), y.min()), (x.max() + 1, y.max() + 1)
+        if np.hypot(high[0] - low[0], high[1] - low[1]) >= min_length:
+            kept[k] = True
+            corners.append((*low, *high))
+    if not corners:
         return None
-    low, high = low[kept].min(axis=0), high[kept].max(axis=0)
+    low, high = np.min(corners, axis=0)[:2], np.max(corners, axis=0)[2:]
     part = np.s_[low[1] : high[1], low[0] : high[0]]
     corner = left + int(low[0]), top + int(low[1])
     nearer = difference[top : top + height, left : left + width][part]

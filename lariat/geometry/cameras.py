@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float64
@@ -100,19 +101,26 @@ class Camera:
         self, points: Float64[np.ndarray, "*b 3"]
     ) -> tuple[Float64[np.ndarray, "*b 2"], Float64[np.ndarray, "*b"]]:
         """Return pixel coordinates (u, v) and depth [m] of points in the world [m]."""
-        return self.intrinsics.project(self.T_world_camera.inverse().apply(points))
+        from_camera = np.asarray(points, float) - self.T_world_camera.position
+        return self.intrinsics.project(from_camera @ self._rotation)
 
     def back_project(
         self, pixels: Float64[np.ndarray, "*b 2"], depth: Float64[np.ndarray, "*b"]
     ) -> Float64[np.ndarray, "*b 3"]:
         """Return the points in the world [m] at pixels (u, v) and depths [m]."""
-        return self.T_world_camera.apply(self.intrinsics.back_project(pixels, depth))
+        local = self.intrinsics.back_project(pixels, depth)
+        return local @ self._rotation.T + self.T_world_camera.position
 
     def rays(self, pixels: Float64[np.ndarray, "*b 2"]) -> Float64[np.ndarray, "*b 3"]:
         """Return world directions of the rays through pixels (u, v), scaled to unit depth."""
         pixels = np.asarray(pixels, float)
         local = self.intrinsics.back_project(pixels, np.ones(pixels.shape[:-1]))
-        return poses.rotate(self.T_world_camera.orientation, local)
+        return local @ self._rotation.T
+
+    @cached_property
+    def _rotation(self) -> Float64[np.ndarray, "3 3"]:
+        """Rotation matrix of the pose: one product takes a tenth of the time of quaternions."""
+        return poses.matrix(self.T_world_camera.orientation)
 
 
 def looking_at(

@@ -152,8 +152,13 @@ def point_distances(
 
     Coordinate by coordinate this takes a quarter of the time of norms of an array of vectors.
     """
-    squares = sum((a[:, axis, None] - b[:, axis]) ** 2 for axis in range(a.shape[1]))
-    return np.sqrt(squares)
+    squares = np.subtract.outer(a[:, 0], b[:, 0])
+    squares *= squares
+    for axis in range(1, a.shape[1]):
+        difference = np.subtract.outer(a[:, axis], b[:, axis])
+        difference *= difference
+        squares += difference
+    return np.sqrt(squares, out=squares)
 
 
 def _distinct(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "m 3"]:

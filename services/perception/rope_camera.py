@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from jaxtyping import Float64
 
 from lariat.geometry.cameras import Intrinsics
@@ -51,12 +52,14 @@ class RopeCamera:
         name: str,
         new_tracker: Callable[[Intrinsics], RopeTracker],
         markers: MarkerObstacles | None,
+        grey: bool = False,
     ) -> None:
         """
         Args:
             name: Name of the camera, which is part of its topics.
             new_tracker: Creates the tracker for a calibration.
             markers: Tracker of the obstacles that carry markers, if there are any.
+            grey: Whether the brightness of its images is enough for the tracker.
         """
         self._new_tracker, self._markers = new_tracker, markers
         self._color = topics.CAMERA_COLOR.at(name)
@@ -65,9 +68,10 @@ class RopeCamera:
         self.reads = (self._color, self._depth, self._calibration)
         # Cameras publish it last.
         self.wakes = self._depth
-        self._view, self._monitor = CameraView(name), CameraMonitor(name)
+        self._view, self._monitor = CameraView(name, grey), CameraMonitor(name)
         self._tracker: RopeTracker | None = None
         self._tracked_calibration = 0
+        self._newest_color = CompressedImage()
         self._processed: RgbdView | None = None
         self.exposure: Exposure | None = None
         """Newest images that are not processed yet."""
@@ -92,6 +96,7 @@ class RopeCamera:
         if isinstance(images, str):
             return self._failed(images, stamp)
         self.exposure, self.fault = Exposure(images, stamp, now), ""
+        self._newest_color = color
         return None
 
     @property
@@ -125,7 +130,9 @@ class RopeCamera:
         (color, depth), stamp = self.exposure.images, self.exposure.stamp
         tracker, self.exposure = self._calibrated_tracker(), None
         estimate = tracker.track(color, depth, left, right, stamp)
-        self._processed = RgbdView(color, depth, tracker.camera, estimate.bias)
+        message = self._newest_color
+        rgb = (lambda: color) if color.ndim == 3 else (lambda: self._view.color(message))
+        self._processed = RgbdView(rgb, depth, tracker.camera, estimate.bias)
         return estimate
 
     @property

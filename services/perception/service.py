@@ -92,7 +92,12 @@ class PerceptionService:
         self._motion = SceneMotionPublisher(scenario)
         self._requests = SceneRequests(self._scene)
         self._cameras = [
-            RopeCamera(setup.name, partial(self._new_tracker, setup), _marker_obstacles(scenario))
+            RopeCamera(
+                setup.name,
+                partial(self._new_tracker, setup),
+                _marker_obstacles(scenario),
+                grey=_by_brightness(scenario),
+            )
             for setup in scenario.camera_setups
         ]
         self._frames = SimultaneousFrames(self._cameras)
@@ -121,6 +126,7 @@ class PerceptionService:
             for setup in self._scenario.camera_setups:
                 tracker = self._new_tracker(setup, setup.intrinsics)
                 tracker.warm_up(*self._scenario.grips(self._scenario.start))
+            self._search.warm_up()
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Process the newest frame and every request."""
@@ -278,6 +284,13 @@ class PerceptionService:
 def build(scenario: Scenario, session: str) -> PerceptionService:
     """Create the perception service of a scenario."""
     return PerceptionService(scenario)
+
+
+def _by_brightness(scenario: Scenario) -> bool:
+    """Whether the rope is told by its brightness alone."""
+    s = scenario.sensing
+    own = extension("sensing.method", s.method, PERCEPTION_METHODS) is not None
+    return not own and (s.method == "paper" or s.rope_color is None)
 
 
 def _marker_obstacles(scenario: Scenario) -> MarkerObstacles | None:

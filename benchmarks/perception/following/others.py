@@ -92,7 +92,7 @@ class OthersFollower:
         others, depth = self._others, frame.images.depth
         if self._search.due(stamp):
             started = time.process_time()
-            view = RgbdView(frame.images.color, depth, VIEW, estimate.bias)
+            view = RgbdView(lambda: frame.images.color, depth, VIEW, estimate.bias)
             lines = self._search.lines(estimate, [view], [TABLE], (frame.left, frame.right))
             others.update(lines, lambda p: line_of_sight(p, self._radius, depth, VIEW), stamp)
             self._figures.times.append(1e3 * (time.process_time() - started))

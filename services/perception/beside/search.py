@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import cv2
+import numpy as np
+
 from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from services.perception.beside.other_ropes import SeenLine, is_away
-from services.perception.beside.thin_things import KnownScene, RgbdView, thin_things
+from services.perception.beside.thin_things import RgbdView, thin_things
+from services.perception.beside.unexplained import KnownScene
 from services.perception.centerline.estimate import CenterlineEstimate
 from services.perception.tracking.centerline_tracker import MAX_LEARNT_DOUBT
 from shared.scenario.sections import Limits
@@ -32,6 +36,10 @@ class SearchBeside:
         """
         self._limits, self._diameter, self._depth_sigma = limits, diameter, depth_sigma
         self._searched = -PERIOD
+
+    def warm_up(self) -> None:
+        """Let OpenCV compute its table of colours, which takes a tenth of a second."""
+        cv2.cvtColor(np.zeros((1, 1, 3), np.uint8), cv2.COLOR_RGB2LAB)
 
     def due(self, stamp: int) -> bool:
         """Return whether images are to be searched; if so, the next ones are not until `PERIOD`.

@@ -7,7 +7,7 @@ tracker, which tells both apart where they lie on each other.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -15,40 +15,33 @@ import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
 
 from lariat.geometry import polylines, poses
-from lariat.geometry.cameras import Camera
-from lariat.geometry.obstacles import Obstacle, scene_distance
-from services.perception.beside.nearness import near_mask, nearness
+from lariat.geometry.cameras import Camera, Intrinsics
+from services.perception.beside.nearness import SMOOTHING, reduced, smoothed
 from services.perception.beside.other_ropes import SeenLine
-from services.perception.centerline.estimate import CenterlineEstimate, OtherLine
+from services.perception.beside.unexplained import (
+    MAX_DIAMETER,
+    KnownScene,
+    Scale,
+    least_nearness,
+    unexplained,
+    widest,
+)
+from services.perception.centerline.estimate import OtherLine
 from services.perception.centerline.foreign_strands import BesideStrand
 from services.perception.centerline.other_lines import join_strands
 from services.perception.centerline.ridge import Ridge, axis_points, extract_ridge, sample_depth
-from services.perception.centerline.segmentation import Region
 from services.perception.centerline.skeleton import trace_strands
 
-MAX_DIAMETER = 0.03
-"""Diameter up to which a thing is thin [m]."""
-LEAST_NEARNESS = 0.4
-"""Least distance from what lies behind it, in diameters of the held rope [-]."""
-MAX_RANGE = 1.5
-"""Depth above which nothing is sought, for noise grows with it, relative to that of the farthest
-node of the held rope [-]."""
 MIN_LENGTH = 0.04
 """Length below which a thing is left out [m]."""
 MIN_SLENDERNESS = 4.0
 """Length of a thing below which it is no rope, in diameters of its own [-]."""
-CHAIN_MARGIN = 3.0
-"""Distance from the flank of the held rope up to which a pixel shows it [pixels]."""
-CHAIN_SIGMAS = 2.0
-"""The same for its uncertainty [standard deviations]."""
-MAX_CHAIN_ERROR = 0.01
-"""Largest value of the latter [m]: of a rope that may lie elsewhere, the colour tells."""
-BODY_MARGIN = 0.005
-"""Distance from an obstacle up to which a pixel shows it [m]."""
-GRIPPER_MARGIN = 0.015
-"""The same for a gripper, whose capsule is coarse [m]."""
-OUTLINE = 7
-"""Side of the square around a pixel of a body in which depths may be mixtures [pixels]."""
+FINE = Scale(least_share=1.0, min_length=MIN_LENGTH, rope_margin=3.0, outline=7)
+"""How pixels of the images are compared."""
+COARSE = Scale(least_share=0.75, min_length=0.5 * MIN_LENGTH, rope_margin=2.0, outline=3)
+"""The same in a smaller image, in which nothing is to be missed."""
+COARSE_PIXELS = 3.0
+"""Width of the held rope in pixels of the images for one in the smaller image [-]."""
 MIN_COLOR_DISTANCE = 40.0
 """Distance of two colours in Lab below which the tracker may take one for the other [-]."""
 DEPTH_HALF_WINDOW = 8
@@ -64,25 +57,11 @@ PROFILE_STEP = 0.1
 
 
 @dataclass(frozen=True)
-class KnownScene:
-    """What a camera may see besides unmodelled things."""
-
-    rope: CenterlineEstimate
-    """The held rope."""
-    radius: float
-    """Radius of the held rope [m]."""
-    obstacles: Sequence[Obstacle]
-    """Obstacles where they are now."""
-    grippers: Sequence[Obstacle]
-    """Capsules of the grippers."""
-
-
-@dataclass(frozen=True)
 class RgbdView:
     """Images of one camera."""
 
-    color: UInt8[np.ndarray, "h w 3"]
-    """Red, green, blue."""
+    color: Callable[[], UInt8[np.ndarray, "h w 3"]]
+    """Function that returns red, green, blue, which are decoded only where they are used."""
     depth: UInt16[np.ndarray, "h w"]
     """Depth [mm], 0 where nothing was measured."""
     camera: Camera
@@ -94,119 +73,81 @@ class RgbdView:
 def thin_things(view: RgbdView, known: KnownScene, depth_sigma: float) -> list[SeenLine]:
     """Return the thin things in images that nothing known explains, longest first.
 
+    A smaller image tells where to look.
+
     Args:
         view: The images.
         known: What is known to be there.
         depth_sigma: Standard deviation of a single depth [m].
     """
-    color, depth, camera, bias = view.color, view.depth, view.camera, view.bias
-    focus = camera.intrinsics.fx
-    nodes, z = camera.project(known.rope.positions)
-    far = float(np.max(z))
-    least = LEAST_NEARNESS * 2.0 * known.radius
-    widest = round(MAX_DIAMETER * focus / far) | 1
-    difference, smooth, count = nearness(depth, widest)
-    mask = near_mask(difference, count, least, depth_sigma)
-    mask[smooth > 1e3 * MAX_RANGE * far] = 0
-    _erase_rope(mask, nodes, focus / z, known)
-    _erase_bodies(mask, smooth, camera, known, bias)
-    region = _long_parts(mask, difference, 1e3 * least, MIN_LENGTH * focus / far)
+    far = float(np.max(view.camera.project(known.rope.positions)[1]))
+    k = max(2, round(2.0 * known.radius * view.camera.intrinsics.fx / far / COARSE_PIXELS))
+    # Of so many depths is a pixel of the smaller image the mean, and of SMOOTHING squared here.
+    sigma = depth_sigma * k / SMOOTHING
+    camera = _reduced(view.camera, k)
+    found = unexplained(reduced(view.depth, k), camera, known, view.bias, sigma, COARSE)
+    if found is None:
+        return []
+    margin = 2 * widest(view.camera, far)
+    height, width = found.mask.shape
+    left, top = max(0, k * found.left - margin), max(0, k * found.top - margin)
+    right, bottom = k * (found.left + width) + margin, k * (found.top + height) + margin
+    return _lines(view, known, depth_sigma, np.s_[top:bottom, left:right])
+
+
+def _lines(
+    view: RgbdView, known: KnownScene, depth_sigma: float, part: tuple[slice, slice]
+) -> list[SeenLine]:
+    """Thin things in a part of the images, longest first."""
+    depth, bias = view.depth[part], view.bias
+    camera = _cropped(view.camera, part, depth.shape)
+    region = unexplained(smoothed(depth), camera, known, bias, depth_sigma, FINE)
     if region is None:
         return []
-    width = 2.0 * known.radius * focus / far
-    held = color[_at(nodes[known.rope.observed], depth.shape)]
+    far = float(np.max(camera.project(known.rope.positions)[1]))
+    width, most = 2.0 * known.radius * camera.intrinsics.fx / far, widest(camera, far)
+    held = view.camera.project(known.rope.positions[known.rope.observed])[0]
     if not len(held):
         # What is seen might be the held rope itself.
         return []
-    strands = []
-    for strand in trace_strands(region.mask, width):
-        ridge = extract_ridge(strand, region, depth, width)
-        for piece in _without_steps(ridge, widest):
-            if not _looks_like(piece, color, held):
-                points = axis_points(piece, camera, known.radius - bias, DEPTH_HALF_WINDOW)
-                strands.append(BesideStrand(piece.pixels, points))
+    pieces = [
+        piece
+        for strand in trace_strands(region.mask, width)
+        for piece in _without_steps(extract_ridge(strand, region, depth, width), most)
+    ]
+    if not pieces:
+        return []
+    color = view.color()
+    ours, shown = np.median(color[_at(held, color.shape)], axis=0), color[part]
+    strands = [
+        BesideStrand(p.pixels, axis_points(p, camera, known.radius - bias, DEPTH_HALF_WINDOW))
+        for p in pieces
+        if not _looks_like(p, shown, ours)
+    ]
     found = []
     for line in join_strands(strands, width):
-        diameter = _diameter(line, depth, camera, known.radius - bias, widest)
+        diameter = _diameter(line, depth, camera, known.radius - bias, most)
         outward = poses.normalized(camera.rays(line.pixels))
         points = line.points + (0.5 * diameter - known.radius) * outward
         length = polylines.length(polylines.resample(points, max(2, len(points) // 5)))
-        thin = least < diameter < MAX_DIAMETER
+        thin = least_nearness(known) < diameter < MAX_DIAMETER
         if thin and length > max(MIN_LENGTH, MIN_SLENDERNESS * diameter):
             found.append(SeenLine(points, diameter))
     return found
 
 
-def _erase_rope(
-    mask: UInt8[np.ndarray, "h w"],
-    nodes: Float64[np.ndarray, "n 2"],
-    pixels_per_metre: Float64[np.ndarray, "n"],
-    known: KnownScene,
-) -> None:
-    """Set the pixels around the held rope to zero."""
-    off = np.minimum(CHAIN_SIGMAS * known.rope.sigma, MAX_CHAIN_ERROR)
-    reach = (known.radius + off) * pixels_per_metre + CHAIN_MARGIN
-    corners = np.rint(nodes).astype(int)
-    for a, b, r in zip(corners[:-1], corners[1:], np.maximum(reach[:-1], reach[1:]), strict=True):
-        cv2.line(mask, a.tolist(), b.tolist(), 0, 2 * round(float(r)) + 1)
+def _reduced(camera: Camera, k: int) -> Camera:
+    """Camera whose pixels are squares of k by k of a camera's."""
+    i, off = camera.intrinsics, 0.5 * (k - 1)
+    size, center = (i.width // k, i.height // k), ((i.cx - off) / k, (i.cy - off) / k)
+    return Camera(Intrinsics(*size, i.fx / k, i.fy / k, *center), camera.T_world_camera)
 
 
-def _erase_bodies(
-    mask: UInt8[np.ndarray, "h w"],
-    depth: UInt16[np.ndarray, "h w"],
-    camera: Camera,
-    known: KnownScene,
-    bias: float,
-) -> None:
-    """Set the pixels of obstacles and grippers to zero, with those on their outlines.
-
-    Half spaces are never thin, and what lies on them is not to be taken for them.
-    """
-    found = cv2.findNonZero(mask)
-    if found is None:
-        return
-    pixels = found.reshape(-1, 2).astype(float)
-    columns, rows = found.reshape(-1, 2).T
-    points = camera.back_project(pixels, 1e-3 * depth[rows, columns] - bias)
-    bodies = [o for o in known.obstacles if o.shape != "half_space" and not o.keep_in]
-    shown = scene_distance(points, bodies) < BODY_MARGIN
-    shown |= scene_distance(points, known.grippers) < GRIPPER_MARGIN
-    bodies_mask = np.zeros_like(mask)
-    bodies_mask[rows[shown], columns[shown]] = 1
-    mask[cv2.dilate(bodies_mask, np.ones((OUTLINE, OUTLINE), np.uint8)) > 0] = 0
-
-
-def _long_parts(
-    mask: UInt8[np.ndarray, "h w"],
-    difference: UInt16[np.ndarray, "h w"],
-    least: float,
-    min_length: float,
-) -> Region | None:
-    """Region of the connected parts that may be long enough; None without any.
-
-    Args:
-        mask: 1 at near pixels.
-        difference: How much nearer each pixel is [mm].
-        least: Least difference that counts [mm].
-        min_length: Length of the shortest part [pixels].
-    """
-    left, top, width, height = cv2.boundingRect(mask)
-    if np.hypot(width, height) < min_length:
-        return None
-    near = mask[top : top + height, left : left + width]
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(near, connectivity=8)
-    sides = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]]
-    kept = np.hypot(*sides.T) >= min_length
-    kept[0] = False
-    if not np.any(kept):
-        return None
-    low = stats[kept, : cv2.CC_STAT_WIDTH].min(axis=0)
-    high = (stats[kept, : cv2.CC_STAT_WIDTH] + sides[kept]).max(axis=0)
-    part = np.s_[low[1] : high[1], low[0] : high[0]]
-    corner = left + int(low[0]), top + int(low[1])
-    nearer = difference[top : top + height, left : left + width][part]
-    likeness = np.minimum(128.0 / least * nearer, 255.0).astype(np.uint8)
-    return Region(likeness, kept[labels[part]].view(np.uint8), *corner)
+def _cropped(camera: Camera, part: tuple[slice, slice], shape: tuple[int, ...]) -> Camera:
+    """Camera of a part of a camera's image."""
+    i, (rows, columns) = camera.intrinsics, part
+    cropped = Intrinsics(shape[1], shape[0], i.fx, i.fy, i.cx - columns.start, i.cy - rows.start)
+    return Camera(cropped, camera.T_world_camera)
 
 
 def _without_steps(ridge: Ridge, min_count: int) -> Iterator[Ridge]:
@@ -227,10 +168,9 @@ def _without_steps(ridge: Ridge, min_count: int) -> Iterator[Ridge]:
 
 
 def _looks_like(
-    ridge: Ridge, color: UInt8[np.ndarray, "h w 3"], held: UInt8[np.ndarray, "n 3"]
+    ridge: Ridge, color: UInt8[np.ndarray, "h w 3"], ours: Float64[np.ndarray, "3"]
 ) -> bool:
     """Whether a strand has the held rope's colour."""
-    ours = np.median(held, axis=0)
     theirs = np.median(color[_at(ridge.pixels, color.shape)], axis=0)
     both = np.stack([ours, theirs])[None].astype(np.uint8)
     lab = cv2.cvtColor(both, cv2.COLOR_RGB2LAB)[0].astype(float)
@@ -262,13 +202,16 @@ def _diameter(
     offsets = np.arange(-reach, reach + 1)
     across = sample_depth(depth, line.pixels[:, None] + offsets[:, None] * normals[:, None])
     near = camera.project(line.points)[1] - radius
-    behind = np.ma.masked_array(across - near[:, None], across == 0.0)
-    profile = np.ma.median(behind, axis=0)
-    known = ~np.ma.getmaskarray(profile)
+    # Sorted with the missing ones last: medians of masked arrays take ten times as long.
+    behind = np.sort(np.where(across > 0.0, across - near[:, None], np.inf).T, axis=1)
+    count = np.count_nonzero(across, axis=0)
+    known = count > 0
     if not np.any(known):
         return np.inf
+    row = np.arange(len(count))
+    profile = 0.5 * (behind[row, (count - 1) // 2] + behind[row, count // 2])
     fine = np.arange(-reach, reach, PROFILE_STEP)
-    height = np.interp(fine, offsets[known], profile.data[known])
+    height = np.interp(fine, offsets[known], profile[known])
     outside = height > 0.5 * np.max(height)
     left = np.max(fine[outside & (fine < 0.0)], initial=-reach)
     right = np.min(fine[outside & (fine >= 0.0)], initial=reach)

@@ -10,7 +10,7 @@ from jaxtyping import Float64, Int32
 
 from lariat.machine_code import library
 from lariat.machine_code.kernel_source import KernelSource
-from services.perception.centerline.bandwidth import BANDWIDTH
+from services.perception.centerline.bandwidth import BANDWIDTH, EDGE_COLUMNS, SUM_COLUMNS
 
 KERNEL = KernelSource(
     "perception-fit",
@@ -79,7 +79,13 @@ class ChainFit:
         self.settings = settings or FitSettings()
         self._edge = length / (node_count - 1)
         self._weight_over_stiffness = weight_over_stiffness
-        self._matrix = np.zeros((3 * node_count, BANDWIDTH))
+        self._scratch = (
+            np.zeros((3 * node_count, BANDWIDTH)),
+            np.zeros((3 * node_count, BANDWIDTH)),
+            np.zeros((node_count - 1, EDGE_COLUMNS)),
+            np.zeros((node_count - 1, SUM_COLUMNS)),
+            np.zeros((3 * node_count, 2)),
+        )
         self._rhs = np.zeros(3 * node_count)
         self._support = np.zeros(node_count)
         self._variance = np.zeros(node_count)
@@ -116,7 +122,7 @@ class ChainFit:
             np.ascontiguousarray(segments, dtype=np.int32).copy(),
             np.ascontiguousarray(eye, dtype=np.float64),
             np.ascontiguousarray(anchors),
-            self._matrix,
+            *self._scratch,
             self._rhs,
             self._support,
             self._variance,

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float64, UInt8, UInt16
+from jaxtyping import Float64, UInt16
 
 from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera
@@ -37,6 +37,7 @@ from services.perception.centerline.reprojection_consistency import (
     reprojection_consistency,
 )
 from services.perception.centerline.settings import CenterlineSettings
+from services.perception.rgbd.decoding import Picture
 
 CHORD_ERROR_SHARE = 0.5
 """Share of the correction from straight edges to a smooth rope that counts as uncertain [-]."""
@@ -63,7 +64,7 @@ class CenterlineEstimator:
 
     def estimate(
         self,
-        color: UInt8[np.ndarray, "h w 3"],
+        color: Picture,
         depth: UInt16[np.ndarray, "h w"],
         left: Pose | None = None,
         right: Pose | None = None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.machine_code.kernel_source import Trial
-from services.perception.centerline.bandwidth import BANDWIDTH
+from services.perception.centerline.bandwidth import BANDWIDTH, EDGE_COLUMNS, SUM_COLUMNS
 
 NODE_COUNT = 12
 EDGE = 0.05
@@ -24,7 +24,7 @@ def trials() -> list[Trial]:
         places = rng.uniform(-0.5, NODE_COUNT - 0.5, 200)
         segments = np.clip(places, 0, NODE_COUNT - 2).astype(np.int32)
         points = nodes[segments] + (places - segments)[:, None] * np.diff(nodes, axis=0)[segments]
-        points += rng.normal(0.0, 1e-3, points.shape)
+        points += rng.normal(0.0, 1e-4, points.shape)
         points[:10] += 0.05
         ranges = np.linalg.norm(points - eye, axis=1)
         samples = np.zeros((len(points), 7))
@@ -35,8 +35,15 @@ def trials() -> list[Trial]:
         anchors[0] = (*nodes[0], 3e-4)
         start = nodes + np.array([0.0, 0.01, 0.0])
         support, variance, statistics = np.zeros(NODE_COUNT), np.zeros(NODE_COUNT), np.zeros(4)
-        matrix, rhs = np.zeros((3 * NODE_COUNT, BANDWIDTH)), np.zeros(3 * NODE_COUNT)
-        arrays = (start, samples, segments, eye, anchors, matrix, rhs, support, variance)
+        scratch = (
+            np.zeros((3 * NODE_COUNT, BANDWIDTH)),
+            np.zeros((3 * NODE_COUNT, BANDWIDTH)),
+            np.zeros((NODE_COUNT - 1, EDGE_COLUMNS)),
+            np.zeros((NODE_COUNT - 1, SUM_COLUMNS)),
+            np.zeros((3 * NODE_COUNT, 2)),
+            np.zeros(3 * NODE_COUNT),
+        )
+        arrays = (start, samples, segments, eye, anchors, *scratch, support, variance)
         numbers = (EDGE, edge_sigma, 7.0 * EDGE**2, 0.2, 700.0 * EDGE**3, 1e-5, 30)
         found.append(
             Trial((*arrays, statistics, *numbers), (start, segments, support, variance, statistics))

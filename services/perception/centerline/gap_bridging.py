@@ -100,10 +100,16 @@ def _bridge(a: np.ndarray, ta: np.ndarray, b: np.ndarray, tb: np.ndarray, length
     value, rise, fall = t * t * (3.0 - 2.0 * t), t * (t - 1.0) ** 2, t * t * (t - 1.0)
     straight, bent = a + value * (b - a), length * (rise * ta + fall * tb)
     chords, turns = np.diff(straight, axis=0), np.diff(bent, axis=0)
+    # Squared length of each edge, as a polynomial of the scale of the tangents.
+    constant, linear, square = (
+        np.vecdot(chords, chords),
+        2.0 * np.vecdot(chords, turns),
+        np.vecdot(turns, turns),
+    )
     low, high = 0.0, MAX_TANGENT_SCALE
     for _ in range(BISECTION_STEPS):
         middle = (low + high) / 2.0
-        edges = chords + middle * turns
-        short = np.sum(np.sqrt(np.vecdot(edges, edges))) < length
+        squares = constant + middle * (linear + middle * square)
+        short = np.sqrt(np.maximum(squares, 0.0)).sum() < length
         low, high = (middle, high) if short else (low, middle)
     return (straight + low * bent)[1:-1]

@@ -9,10 +9,13 @@ couple four neighbouring nodes.
 
 import taichi as ti
 
-from services.perception.centerline.bandwidth import BANDWIDTH
+from services.perception.centerline.bandwidth import BANDWIDTH, SUM_COLUMNS
 
 EASED_ITERATIONS = 6.0
 """Number of iterations at the start in which lengths and outliers have less influence."""
+EASED_SAMPLES, MAX_STRIDE = 8, 8
+"""Number of samples for each node that are used in each of them, and number of samples of which at
+least one is used."""
 EASED_EDGE_SIGMA = 1e-3
 """Standard deviation that is added to the edges' lengths in the first iteration [m]."""
 EASED_OUTLIER_FACTOR = 6.0
@@ -22,11 +25,16 @@ OUTLIER_SIGMAS = 3.0
 OUTLIER_WEIGHT = 0.3
 """Robust weight below which a range counts as an outlier."""
 SEARCH_REACH = 3
-"""Number of segments on both sides of a sample's last one among which the nearest is searched."""
+"""Number of segments on both sides of a sample's first one among which the nearest is searched; of
+its last one, the neighbours are."""
 RANGE_DISCOUNT = 0.96
 """Share of the squared distance along the ray that this search ignores: ranges are noisier."""
+TIE = 1e-9
+"""Relative difference of squared distances up to which two segments are equally near [-]."""
 MAX_OVERSHOOT = 0.3
 """Overshoot beyond the chain's ends from which a sample is ignored [segments]."""
+MAX_SECANT = 2.0
+"""Length of an extrapolation, relative to the last move, up to which it is trusted [-]."""
 MIN_SINE = 0.05
 """Sine between ray and rope below which a sample is ignored."""
 
@@ -74,83 +82,141 @@ def add_direction(
 
 
 @ti.func
-def add_sample(
-    nodes: ti.template(),
+def describe_edges(nodes: ti.template(), edges: ti.template()):
+    """Write begin, direction, 1 / squared length and 1 / length of every edge."""
+    for j in range(edges.shape[0]):
+        a = node(nodes, j)
+        e = node(nodes, j + 1) - a
+        square = e.dot(e)
+        for k in ti.static(range(3)):
+            edges[j, k] = a[k]
+            edges[j, 3 + k] = e[k]
+        edges[j, 6] = 1.0 / square
+        edges[j, 7] = 1.0 / ti.sqrt(square)
+
+
+@ti.func
+def add_residual(sums: ti.template(), j: ti.i32, s: ti.f64, n, value: ti.f64, weight: ti.f64):
+    """Add weight (value + n.((1 - s) dx_j + s dx_(j + 1)))^2 to the sums of an edge."""
+    ca, cb = 1.0 - s, s
+    aa, ab, bb = weight * ca * ca, weight * ca * cb, weight * cb * cb
+    pa, pb = weight * ca * value, weight * cb * value
+    for k in ti.static(range(3)):
+        for m in ti.static(range(k + 1)):
+            product = n[k] * n[m]
+            place = ti.static(k * (k + 1) // 2 + m)
+            sums[j, place] += aa * product
+            sums[j, 6 + place] += ab * product
+            sums[j, 12 + place] += bb * product
+        sums[j, 18 + k] += pa * n[k]
+        sums[j, 21 + k] += pb * n[k]
+
+
+@ti.func
+def add_samples(
+    edges: ti.template(),
     samples: ti.template(),
     segments: ti.template(),
     center,
-    matrix: ti.template(),
-    rhs: ti.template(),
+    sums: ti.template(),
     support: ti.template(),
     statistics: ti.template(),
-    m: ti.i32,
+    first: ti.i32,
+    stride: ti.i32,
+    search: ti.i32,
     scale: ti.f64,
 ):
-    """Assign sample m to its nearest segment and add its lateral and range residuals."""
-    n = nodes.shape[0]
-    ray = ti.Vector([samples[m, 0], samples[m, 1], samples[m, 2]], dt=ti.f64)
-    surface_range, axis_depth = samples[m, 3], samples[m, 4]
-    guess = segments[m]
-    best = 1e30
-    chosen = guess
-    chosen_s = 0.0
-    for j in range(ti.max(0, guess - SEARCH_REACH), ti.min(n - 1, guess + SEARCH_REACH + 1)):
-        a = node(nodes, j)
-        e = node(nodes, j + 1) - a
-        reach = surface_range + axis_depth
-        if surface_range <= 0.0:
-            reach = (a + 0.5 * e - center).dot(ray)
-        p = center + reach * ray
-        s = (p - a).dot(e) / e.dot(e)
-        clamped = ti.min(1.0, ti.max(0.0, s))
-        gap = p - a - clamped * e
-        along = gap.dot(ray)
-        distance = gap.dot(gap) - RANGE_DISCOUNT * along * along
-        if distance < best:
-            best = distance
-            chosen = j
-            chosen_s = s
-    segments[m] = chosen
-    beyond = (chosen == 0 and chosen_s < -MAX_OVERSHOOT) or (
-        chosen == n - 2 and chosen_s > 1.0 + MAX_OVERSHOOT
-    )
-    if not beyond:
+    """Assign samples to their nearest edges and add their lateral and range residuals.
+
+    Of `stride` samples, one counts for all.
+    """
+    last = edges.shape[0] - 1
+    cost, count, outliers = 0.0, 0.0, 0.0
+    outlier_scale = 1.0 / (OUTLIER_SIGMAS * scale)
+    for k in range((samples.shape[0] - first + stride - 1) // stride):
+        m = first + k * stride
+        ray = ti.Vector([samples[m, 0], samples[m, 1], samples[m, 2]], dt=ti.f64)
+        surface_range, axis_depth = samples[m, 3], samples[m, 4]
+        guess = segments[m]
+        best = 1e30
+        chosen = guess
+        chosen_s = 0.0
+        for j in range(ti.max(0, guess - search), ti.min(last, guess + search) + 1):
+            a = ti.Vector([edges[j, 0], edges[j, 1], edges[j, 2]], dt=ti.f64)
+            e = ti.Vector([edges[j, 3], edges[j, 4], edges[j, 5]], dt=ti.f64)
+            begin = a - center
+            reach = surface_range + axis_depth
+            if surface_range <= 0.0:
+                reach = (begin + 0.5 * e).dot(ray)
+            p = reach * ray - begin
+            s = p.dot(e) * edges[j, 6]
+            gap = p - ti.min(1.0, ti.max(0.0, s)) * e
+            along = gap.dot(ray)
+            distance = gap.dot(gap) - RANGE_DISCOUNT * along * along
+            # Outside of a bend, both edges are as near: the first counts, whatever the last bits.
+            if distance < (1.0 - TIE) * best:
+                best = distance
+                chosen = j
+                chosen_s = s
+        segments[m] = chosen
+        beyond = (chosen == 0 and chosen_s < -MAX_OVERSHOOT) or (
+            chosen == last and chosen_s > 1.0 + MAX_OVERSHOOT
+        )
         s = ti.min(1.0, ti.max(0.0, chosen_s))
-        a = node(nodes, chosen)
-        e = node(nodes, chosen + 1) - a
-        t = e.normalized()
+        a = ti.Vector([edges[chosen, 0], edges[chosen, 1], edges[chosen, 2]], dt=ti.f64)
+        e = ti.Vector([edges[chosen, 3], edges[chosen, 4], edges[chosen, 5]], dt=ti.f64)
+        t = e * edges[chosen, 7]
         across = t.cross(ray)
         sine = across.norm()
-        if sine > MIN_SINE:
+        if not beyond and sine > MIN_SINE:
             lateral = across / sine
-            depth = lateral.cross(t)
-            if depth.dot(ray) < 0.0:
-                depth = -depth
-            foot = a + s * e
-            reach = (foot - center).dot(ray)
+            foot = a + s * e - center
             if samples[m, 6] > 0.0:
-                sigma = samples[m, 6] * reach
-                value = lateral.dot(foot - center - reach * ray)
-                ratio = value / (OUTLIER_SIGMAS * scale * sigma)
-                robust = 1.0 / ((1.0 + ratio * ratio) * (1.0 + ratio * ratio))
-                weight = robust / (sigma * sigma)
-                add_direction(matrix, rhs, chosen, 1.0 - s, s, lateral, value, weight)
-                statistics[0] += robust * value * value / (sigma * sigma)
-                statistics[1] += robust
+                reach = foot.dot(ray)
+                precision = 1.0 / (samples[m, 6] * reach)
+                value = lateral.dot(foot - reach * ray)
+                ratio = value * precision
+                spread = 1.0 + ratio * ratio * outlier_scale * outlier_scale
+                robust = 1.0 / (spread * spread)
+                add_residual(sums, chosen, s, lateral, value, stride * robust * precision**2)
+                cost += robust * ratio * ratio
+                count += robust
             if surface_range > 0.0:
+                # Perpendicular to the rope, away from the eye.
+                depth = lateral.cross(t)
+                if depth.dot(ray) < 0.0:
+                    depth = -depth
                 # The error of the perpendicular distance is that of the range, projected on it.
-                sigma = samples[m, 5] * sine
-                value = depth.dot(foot - center - surface_range * ray) - axis_depth
-                ratio = value / (OUTLIER_SIGMAS * scale * sigma)
-                robust = 1.0 / ((1.0 + ratio * ratio) * (1.0 + ratio * ratio))
-                weight = robust / (sigma * sigma)
-                add_direction(matrix, rhs, chosen, 1.0 - s, s, depth, value, weight)
-                statistics[0] += robust * value * value / (sigma * sigma)
-                statistics[1] += robust
+                precision = 1.0 / (samples[m, 5] * sine)
+                value = depth.dot(foot - surface_range * ray) - axis_depth
+                ratio = value * precision
+                spread = 1.0 + ratio * ratio * outlier_scale * outlier_scale
+                robust = 1.0 / (spread * spread)
+                add_residual(sums, chosen, s, depth, value, stride * robust * precision**2)
+                cost += robust * ratio * ratio
+                count += robust
                 if robust < OUTLIER_WEIGHT:
-                    statistics[2] += 1.0
+                    outliers += 1.0
                 support[chosen] += robust * (1.0 - s)
                 support[chosen + 1] += robust * s
+    statistics[0] = cost
+    statistics[1] = count
+    statistics[2] = outliers
+
+
+@ti.func
+def add_sums(sums: ti.template(), matrix: ti.template(), rhs: ti.template()):
+    """Add the sums of all edges to the normal equations."""
+    for j in range(sums.shape[0]):
+        for k in ti.static(range(3)):
+            rhs[3 * j + k] -= sums[j, 18 + k]
+            rhs[3 * j + 3 + k] -= sums[j, 21 + k]
+            for m in ti.static(range(3)):
+                place = ti.static(max(k, m) * (max(k, m) + 1) // 2 + min(k, m))
+                if ti.static(m <= k):
+                    matrix[3 * j + k, k - m] += sums[j, place]
+                    matrix[3 * j + 3 + k, k - m] += sums[j, 12 + place]
+                matrix[3 * j + 3 + k, 3 + k - m] += sums[j, 6 + place]
 
 
 @ti.func
@@ -199,21 +265,23 @@ def add_priors(
 
 @ti.func
 def factorize(matrix: ti.template()):
-    """Banded Cholesky factorisation in place: row i keeps L[i, i - k] in column k."""
+    """Banded Cholesky factorisation in place.
+
+    Row i keeps L[i, i - k] in column k, and 1 / L[i, i] in column 0.
+    """
     for i in range(matrix.shape[0]):
-        for k in range(BANDWIDTH):
-            column = BANDWIDTH - 1 - k
+        for k in ti.static(range(BANDWIDTH)):
+            column = ti.static(BANDWIDTH - 1 - k)
             j = i - column
             if j >= 0:
                 total = matrix[i, column]
-                for q in range(column + 1, BANDWIDTH):
-                    other = q - column
-                    if i - q >= 0:
-                        total -= matrix[i, q] * matrix[j, other]
-                if column == 0:
-                    matrix[i, 0] = ti.sqrt(ti.max(total, 1e-12))
+                # Columns left of the matrix hold zeros.
+                for q in ti.static(range(column + 1, BANDWIDTH)):
+                    total -= matrix[i, q] * matrix[j, q - column]
+                if ti.static(column == 0):
+                    matrix[i, 0] = 1.0 / ti.sqrt(ti.max(total, 1e-12))
                 else:
-                    matrix[i, column] = total / matrix[j, 0]
+                    matrix[i, column] = total * matrix[j, 0]
 
 
 @ti.func
@@ -222,33 +290,83 @@ def solve_factorized(matrix: ti.template(), rhs: ti.template()):
     size = matrix.shape[0]
     for i in range(size):
         total = rhs[i]
-        for k in range(1, BANDWIDTH):
-            if i - k >= 0:
-                total -= matrix[i, k] * rhs[i - k]
-        rhs[i] = total / matrix[i, 0]
+        for k in range(1, ti.min(BANDWIDTH, i + 1)):
+            total -= matrix[i, k] * rhs[i - k]
+        rhs[i] = total * matrix[i, 0]
     for r in range(size):
         i = size - 1 - r
         total = rhs[i]
-        for k in range(1, BANDWIDTH):
-            if i + k < size:
-                total -= matrix[i + k, k] * rhs[i + k]
-        rhs[i] = total / matrix[i, 0]
+        for k in range(1, ti.min(BANDWIDTH, size - i)):
+            total -= matrix[i + k, k] * rhs[i + k]
+        rhs[i] = total * matrix[i, 0]
 
 
 @ti.func
-def position_variances(matrix: ti.template(), rhs: ti.template(), variance: ti.template()):
-    """Write the trace of every node's covariance: one solve for each coordinate."""
+def position_variances(matrix: ti.template(), columns: ti.template(), variance: ti.template()):
+    """Write the trace of every node's covariance: one solve for each coordinate.
+
+    BANDWIDTH of them are solved at once, each in one column of `columns`.
+    """
     size = matrix.shape[0]
     for i in range(variance.shape[0]):
         variance[i] = 0.0
-    for c in range(size):
-        for i in range(c, size):
-            total = 1.0 if i == c else 0.0
-            for k in range(1, BANDWIDTH):
-                if i - k >= c:
-                    total -= matrix[i, k] * rhs[i - k]
-            rhs[i] = total / matrix[i, 0]
-            variance[c // 3] += rhs[i] * rhs[i]
+    for block in range((size + BANDWIDTH - 1) // BANDWIDTH):
+        start = block * BANDWIDTH
+        squares = ti.Vector([0.0] * BANDWIDTH, dt=ti.f64)
+        for i in range(start, size):
+            total = ti.Vector([0.0] * BANDWIDTH, dt=ti.f64)
+            for r in ti.static(range(BANDWIDTH)):
+                if i == start + r:
+                    total[r] = 1.0
+            for k in range(1, ti.min(BANDWIDTH, i - start + 1)):
+                factor = matrix[i, k]
+                for r in ti.static(range(BANDWIDTH)):
+                    total[r] -= factor * columns[i - k, r]
+            factor = matrix[i, 0]
+            for r in ti.static(range(BANDWIDTH)):
+                columns[i, r] = factor * total[r]
+                squares[r] += columns[i, r] ** 2
+        for r in ti.static(range(BANDWIDTH)):
+            if start + r < size:
+                variance[(start + r) // 3] += squares[r]
+
+
+@ti.func
+def limit_steps(steps: ti.template(), longest: ti.f64):
+    """Shorten the steps of nodes that are too long, and return the longest of all [m].
+
+    Far from the solution the linearised lengths mislead.
+    """
+    largest = 0.0
+    for i in range(steps.shape[0] // 3):
+        step = ti.Vector([steps[3 * i], steps[3 * i + 1], steps[3 * i + 2]], dt=ti.f64)
+        step *= ti.min(1.0, longest / ti.max(step.norm(), 1e-12))
+        largest = ti.max(largest, step.norm())
+        for k in ti.static(range(3)):
+            steps[3 * i + k] = step[k]
+    return largest
+
+
+@ti.func
+def move_nodes(nodes: ti.template(), steps: ti.template(), moves: ti.template(), settled: ti.i32):
+    """Move the nodes by the steps; once the problem is settled, by a secant through the last ones.
+
+    Robust weights make the steps fall by a constant factor, which the secant (Anderson 1965, of
+    one step) extrapolates. Column 0 of `moves` keeps the last step, column 1 the last move.
+    """
+    product, square = 0.0, 0.0
+    for c in range(steps.shape[0]):
+        change = steps[c] - moves[c, 0]
+        product += steps[c] * change
+        square += change * change
+    share = 0.0
+    if settled and square > 0.0:
+        share = ti.min(0.0, ti.max(-MAX_SECANT, product / square))
+    for c in range(steps.shape[0]):
+        move = steps[c] - share * (moves[c, 1] + steps[c] - moves[c, 0])
+        moves[c, 0] = steps[c]
+        moves[c, 1] = move
+        nodes[c // 3, c % 3] += move
 
 
 @ti.kernel
@@ -259,6 +377,10 @@ def fit(
     eye: vector_f64,
     anchors: matrix_f64,
     matrix: matrix_f64,
+    columns: matrix_f64,
+    edges: matrix_f64,
+    sums: matrix_f64,
+    moves: matrix_f64,
     rhs: vector_f64,
     support: vector_f64,
     variance: vector_f64,
@@ -284,6 +406,10 @@ def fit(
         eye: Centre of projection [m].
         anchors: (n, 4) expected position of each node and its standard deviation [m]; 0: none.
         matrix: Scratch (3n, BANDWIDTH).
+        columns: Scratch (3n, BANDWIDTH).
+        edges: Scratch (n - 1, EDGE_COLUMNS).
+        sums: Scratch (n - 1, SUM_COLUMNS).
+        moves: Scratch (3n, 2).
         rhs: Scratch (3n,).
         support: (n,) weighted number of ranges around every node, written.
         variance: (n,) trace of every node's covariance [m^2], written.
@@ -314,13 +440,31 @@ def fit(
                 matrix[i, 0] = 1.0
             for i in range(n):
                 support[i] = 0.0
-            statistics[0] = 0.0
-            statistics[1] = 0.0
-            statistics[2] = 0.0
-            for m in range(samples.shape[0]):
-                add_sample(
-                    nodes, samples, segments, center, matrix, rhs, support, statistics, m, scale
-                )
+            for j in range(n - 1):
+                for k in range(SUM_COLUMNS):
+                    sums[j, k] = 0.0
+            describe_edges(nodes, edges)
+            # While lengths and outliers are eased, a part of the samples leads far enough.
+            stride, first, search = 1, 0, 1
+            if iteration <= EASED_ITERATIONS:
+                search = SEARCH_REACH
+            if iteration < EASED_ITERATIONS:
+                stride = ti.max(1, ti.min(MAX_STRIDE, samples.shape[0] // (EASED_SAMPLES * n)))
+                first = iteration % stride
+            add_samples(
+                edges,
+                samples,
+                segments,
+                center,
+                sums,
+                support,
+                statistics,
+                first,
+                stride,
+                search,
+                scale,
+            )
+            add_sums(sums, matrix, rhs)
             for i in range(n):
                 add_priors(
                     nodes,
@@ -336,17 +480,10 @@ def fit(
                 )
             factorize(matrix)
             solve_factorized(matrix, rhs)
-            largest = 0.0
-            for i in range(n):
-                step = ti.Vector([rhs[3 * i], rhs[3 * i + 1], rhs[3 * i + 2]], dt=ti.f64)
-                # Far from the solution the linearised lengths mislead.
-                step *= ti.min(1.0, edge / ti.max(step.norm(), 1e-12))
-                largest = ti.max(largest, step.norm())
-                for k in ti.static(range(3)):
-                    nodes[i, k] += step[k]
-
+            largest = limit_steps(rhs, edge)
+            move_nodes(nodes, rhs, moves, iteration > EASED_ITERATIONS)
             iteration += 1
             done = iteration == iterations or (iteration > 7 and largest < tolerance)
             if done:
                 statistics[3] = iteration
-                position_variances(matrix, rhs, variance)
+                position_variances(matrix, columns, variance)

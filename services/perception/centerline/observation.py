@@ -21,6 +21,7 @@ from services.perception.centerline.segmentation import (
 )
 from services.perception.centerline.settings import CenterlineSettings
 from services.perception.centerline.skeleton import trace_strands
+from services.perception.rgbd.decoding import Picture
 
 LIKENESS_DEPTH_STRIDE = 8
 """Stride of the depth pixels from which the rope's share of the image is estimated [pixels]."""
@@ -63,7 +64,7 @@ class FrameObserver:
         self._color_likeness = ColorLikeness(color) if color is not None else None
 
     def observe(
-        self, color: UInt8[np.ndarray, "h w 3"], depth: UInt16[np.ndarray, "h w"], bias: float
+        self, color: Picture, depth: UInt16[np.ndarray, "h w"], bias: float
     ) -> Observation | str:
         """Return the segments in a frame, or the reason why the rope is lost.
 
@@ -103,7 +104,7 @@ class FrameObserver:
         return Observation(region, depth, width, ridges, points, bias - 1e-3 * whole)
 
     def _likeness(
-        self, color: UInt8[np.ndarray, "h w 3"], depth: UInt16[np.ndarray, "h w"]
+        self, color: Picture, depth: UInt16[np.ndarray, "h w"]
     ) -> UInt8[np.ndarray, "h w"]:
         """Likeness of every pixel to the rope, 0..255."""
         if self._color_likeness is None:

@@ -10,11 +10,13 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float64, UInt8
+from jaxtyping import Bool, Float64, Int64, UInt8
 from skimage.morphology import skeletonize
 
 NEIGHBOUR_OFFSETS = [(-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1)]
 """Row and column offsets of a pixel's eight neighbours."""
+STAIRCASES = [(0, 1, 3), (2, 1, 4), (5, 3, 6), (7, 4, 6)]
+"""Number of each diagonal offset, and those of the two straight ones beside it."""
 
 MIN_STRAND_PIXELS = 5
 """Length below which a strand is dropped, since it has no direction [pixels]."""
@@ -75,18 +77,27 @@ def trace_branches(skeleton: Bool[np.ndarray, "h w"]) -> list[Branch]:
     Args:
         skeleton: Whether a pixel belongs to the skeleton.
     """
-    near = _neighbours(skeleton)
-    crossing = {p for p, q in near.items() if len(q) > 2}
-    junction = _clusters(crossing)
-    branches: list[Branch] = []
-    used: set[Pixel] = set()
+    at, width, near = _neighbours(skeleton)
+    crossing = {p for p, beside in enumerate(near) if len(beside) > 2}
+    junction = _clusters(crossing, at, width)
+    branches: list[tuple[list[int], tuple[int, int]]] = []
+    used: set[int] = set()
 
-    def follow(start: Pixel, first: Pixel | None) -> Branch:
+    def follow(start: int, first: int) -> tuple[list[int], tuple[int, int]]:
         path, end = [start], -1
         used.add(start)
         before, here = first, start
         while True:
-            onward = [q for q in near[here] if q != before and (q in crossing or q not in used)]
+            beside = near[here]
+            if len(beside) == 2 and before in beside:
+                q = beside[beside[0] == before]
+                if q not in crossing and q not in used:
+                    # Nothing but a path: most pixels.
+                    before, here = here, q
+                    used.add(q)
+                    path.append(q)
+                    continue
+            onward = [q for q in beside if q != before and (q in crossing or q not in used)]
             stops = [q for q in onward if q in crossing]
             if stops and not (len(path) == 1 and before in crossing and len(onward) > 1):
                 end = junction[stops[0]]
@@ -97,56 +108,57 @@ def trace_branches(skeleton: Bool[np.ndarray, "h w"]) -> list[Branch]:
             before, here = here, onward[0]
             used.add(here)
             path.append(here)
-        return Branch(path, (junction[first] if first is not None else -1, end))
+        return path, (-1 if first < 0 else junction[first], end)
 
     for p in sorted(crossing):
         for q in near[p]:
             if q not in crossing and q not in used:
                 branches.append(follow(q, p))
-    for p in near:
-        if p not in used and p not in crossing and len(near[p]) <= 1:
-            branches.append(follow(p, None))
-    for p in near:
-        # The remaining pixels form closed rings.
-        if p not in used and p not in crossing:
-            branches.append(follow(p, None))
-    return branches
+    free = [p for p in range(len(near)) if p not in used and p not in crossing]
+    # What no end leads to forms closed rings.
+    for p in [*(p for p in free if len(near[p]) <= 1), *free]:
+        if p not in used:
+            branches.append(follow(p, -1))
+    rows, columns = at // width - 1, at % width - 1
+    places = [*zip(rows.tolist(), columns.tolist(), strict=True)]
+    return [Branch([places[p] for p in path], ends) for path, ends in branches]
 
 
-def _neighbours(skeleton: Bool[np.ndarray, "h w"]) -> dict[Pixel, list[Pixel]]:
-    """Return the skeleton pixels next to each one, in the order of rows, then columns."""
-    rows, columns = np.nonzero(skeleton)
-    offsets = np.array(NEIGHBOUR_OFFSETS)
+def _neighbours(
+    skeleton: Bool[np.ndarray, "h w"],
+) -> tuple[Int64[np.ndarray, "k"], int, list[list[int]]]:
+    """Return the skeleton's pixels, the width of the image, and the pixels next to each.
+
+    Pixels stand in the order of rows, then columns, and are named by their numbers in it. Their
+    places are those in a flat image with a margin of one pixel.
+    """
     padded = np.pad(skeleton, 1)
-    above, left = rows[:, None] + 1, columns[:, None] + 1
-    beside_rows, beside_columns = above + offsets[:, 0], left + offsets[:, 1]
-    near = padded[beside_rows, beside_columns]
+    width, flat = padded.shape[1], padded.ravel()
+    at = np.flatnonzero(flat)
+    steps = np.array([r * width + c for r, c in NEIGHBOUR_OFFSETS])
+    near = flat[at[:, None] + steps]
     # A diagonal neighbour beside a straight one is the corner of a staircase, not a branch.
-    corner = padded[beside_rows, left] | padded[above, beside_columns]
-    near &= ~(corner & np.all(offsets != 0, axis=1))
+    for diagonal, one, two in STAIRCASES:
+        near[:, diagonal] &= ~(near[:, one] | near[:, two])
     pixel, offset = np.nonzero(near)
-    beside = (np.stack([rows, columns], axis=1)[pixel] + offsets[offset]).tolist()
-    found = [(row, column) for row, column in beside]
+    found = np.searchsorted(at, at[pixel] + steps[offset]).tolist()
     ends = np.cumsum(np.count_nonzero(near, axis=1)).tolist()
-    pixels = zip(rows.tolist(), columns.tolist(), strict=True)
-    return {p: found[a:b] for p, a, b in zip(pixels, [0, *ends[:-1]], ends, strict=True)}
+    return at, width, [found[a:b] for a, b in zip([0, *ends[:-1]], ends, strict=True)]
 
 
-def _clusters(crossing: set[Pixel]) -> dict[Pixel, int]:
+def _clusters(crossing: set[int], at: Int64[np.ndarray, "k"], width: int) -> dict[int, int]:
     """Number of each junction pixel; pixels that touch share a number."""
-    number: dict[Pixel, int] = {}
-    for count, seed in enumerate(sorted(crossing)):
-        if seed in number:
-            continue
-        stack = [seed]
-        number[seed] = count
+    waiting = {int(at[p]): p for p in sorted(crossing)}
+    steps = [r * width + c for r, c in NEIGHBOUR_OFFSETS]
+    number: dict[int, int] = {}
+    for count, seed in enumerate([*waiting]):
+        stack = [seed] if seed in waiting else []
         while stack:
-            r, c = stack.pop()
-            for dr, dc in NEIGHBOUR_OFFSETS:
-                q = (r + dr, c + dc)
-                if q in crossing and q not in number:
-                    number[q] = count
-                    stack.append(q)
+            place = stack.pop()
+            pixel = waiting.pop(place, None)
+            if pixel is not None:
+                number[pixel] = count
+                stack += [place + step for step in steps if place + step in waiting]
     return number
 
 

@@ -12,6 +12,8 @@ import numpy as np
 from jaxtyping import Float64, UInt8
 
 from lariat.geometry.markers import MARKER_DICTIONARY
+from services.perception.centerline.segmentation import brightness
+from services.perception.rgbd.decoding import Picture
 
 ARUCO_DICTIONARY = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, MARKER_DICTIONARY))
 """ArUco dictionary of all markers."""
@@ -56,9 +58,9 @@ class MarkerDetector:
         self._settings = settings or EdgeRefinementSettings()
         self._detector = cv2.aruco.ArucoDetector(ARUCO_DICTIONARY, cv2.aruco.DetectorParameters())
 
-    def detect(self, color: UInt8[np.ndarray, "h w 3"]) -> list[MarkerDetection]:
+    def detect(self, color: Picture) -> list[MarkerDetection]:
         """Return all markers in an image, sorted by identity."""
-        grey = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
+        grey = brightness(color)
         corners, identities, _ = self._detector.detectMarkers(grey)
         if identities is None:
             return []
@@ -72,9 +74,7 @@ class MarkerDetector:
         return sorted(found, key=lambda d: d.identity)
 
 
-def mask_markers(
-    color: UInt8[np.ndarray, "h w 3"], detections: list[MarkerDetection]
-) -> UInt8[np.ndarray, "h w 3"]:
+def mask_markers(color: Picture, detections: list[MarkerDetection]) -> Picture:
     """Return the image with all markers and their white borders black: both look like rope."""
     dark = color.copy()
     for detection in detections:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import UInt8, UInt16
+from jaxtyping import UInt16
 
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
@@ -24,6 +24,7 @@ from services.perception.markers.marker_detection import (
 )
 from services.perception.markers.marker_pose import MarkerPoseFilter, locate_marker
 from services.perception.markers.plate_mask import PlateMask
+from services.perception.rgbd.decoding import Picture
 
 
 @dataclass(frozen=True)
@@ -89,12 +90,12 @@ class MarkerObstacles:
 
     def update(
         self,
-        color: UInt8[np.ndarray, "h w 3"],
+        color: Picture,
         depth: UInt16[np.ndarray, "h w"],
         stamp: int,
         camera: Camera,
         obstacles: Sequence[Obstacle],
-    ) -> tuple[UInt8[np.ndarray, "h w 3"], list[ObstacleMove]]:
+    ) -> tuple[Picture, list[ObstacleMove]]:
         """Return the image without its markers, and the obstacles that have moved.
 
         Args:

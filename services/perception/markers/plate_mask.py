@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float64, UInt8, UInt16
+from jaxtyping import Float64, UInt16
 
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
 from lariat.geometry.markers import marker_pose
 from lariat.geometry.obstacles import Obstacle
 from services.perception.markers.marker_detection import BORDER_RATIO
+from services.perception.rgbd.decoding import Picture
 
 UNIT_SQUARE = np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], float)
 """Corners of a square of half side one, clockwise from the upper left."""
@@ -44,7 +45,7 @@ class PlateMask:
 
     def mask_plate(
         self,
-        color: UInt8[np.ndarray, "h w 3"],
+        color: Picture,
         depth: UInt16[np.ndarray, "h w"],
         camera: Camera,
         obstacle: Obstacle,
@@ -75,7 +76,7 @@ class PlateMask:
 
     def mask_moved_plate(
         self,
-        color: UInt8[np.ndarray, "h w 3"],
+        color: Picture,
         depth: UInt16[np.ndarray, "h w"],
         camera: Camera,
         obstacle: Obstacle,

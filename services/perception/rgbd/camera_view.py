@@ -10,23 +10,24 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from jaxtyping import UInt8, UInt16
 
 from lariat.geometry.cameras import Intrinsics
-from services.perception.rgbd.decoding import decode_frame
+from services.perception.rgbd.decoding import Picture, decode_color, decode_frame
 from services.perception.rgbd.lens_distortion import Undistortion
 from shared.image_header import check_image
 
-Images = tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]]
-"""Red, green, blue, and depth [mm], 0 where nothing was measured."""
+Images = tuple[Picture, UInt16[np.ndarray, "h w"]]
+"""Red, green, blue or the brightness, and depth [mm], 0 where nothing was measured."""
 
 
 class CameraView:
     """Decodes and undistorts the frames of one camera with its newest calibration."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, grey: bool = False) -> None:
         """
         Args:
             name: Name of the camera, used in messages.
+            grey: Whether the brightness is enough in place of colours.
         """
-        self._name = name
+        self._name, self._grey = name, grey
         self._calibration: tuple[Intrinsics, tuple[float, ...], str] | None = None
         self._undistortion: Undistortion | None = None
         self.calibration_count = 0
@@ -40,7 +41,7 @@ class CameraView:
     def images(
         self, color: CompressedImage, depth: RawImage, calibration: CameraCalibration | None
     ) -> Images | str:
-        """Return undistorted RGB and depth [mm], or the reason why there are none."""
+        """Return undistorted images, or the reason why there are none."""
         if calibration is None:
             return f"no calibration of camera {self._name!r}"
         # Before anything is decoded: an image may claim any number of pixels.
@@ -52,7 +53,7 @@ class CameraView:
         if sizes != (wanted, wanted):
             found = " and ".join(f"{width} x {height}" for width, height in sizes)
             return f"images are {found}, but the calibration is for {wanted[0]} x {wanted[1]}"
-        images = decode_frame(color, depth)
+        images = decode_frame(color, depth, self._grey)
         if isinstance(images, str):
             return images
         try:
@@ -60,6 +61,13 @@ class CameraView:
         except (IndexError, ValueError, cv2.error) as error:
             return f"calibration of camera {self._name!r}: {error}"
         return undistortion(*images)
+
+    def color(self, message: CompressedImage) -> UInt8[np.ndarray, "h w 3"]:
+        """Return the undistorted RGB of an image that `images` has accepted."""
+        picture = decode_color(message)
+        assert picture is not None
+        assert self._undistortion is not None
+        return self._undistortion.color(picture)
 
     def _calibrated(self, message: CameraCalibration) -> Undistortion:
         k = message.K

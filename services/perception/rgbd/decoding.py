@@ -8,18 +8,32 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from jaxtyping import UInt8, UInt16
 
+Picture = UInt8[np.ndarray, "h w 3"] | UInt8[np.ndarray, "h w"]
+"""Red, green, blue; or the brightness, where nothing else is needed."""
 DEPTH_PIXEL_BYTES = {"16UC1": 2, "mono16": 2, "32FC1": 4}
 """Supported depth encodings and their bytes per pixel."""
 
 
+def decode_color(color: CompressedImage, grey: bool = False) -> Picture | None:
+    """Return RGB, or the brightness alone, in a third of the time; None where that fails."""
+    data = np.frombuffer(color.data, np.uint8)
+    how = cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR_RGB
+    # An image without a byte is an error of OpenCV, not a failure.
+    return cv2.imdecode(data, how) if len(data) else None  # pyright: ignore[reportReturnType]
+
+
 def decode_frame(
-    color: CompressedImage, depth: RawImage
-) -> tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]] | str:
-    """Return RGB and depth [mm], or the reason why the messages cannot be decoded."""
-    rgb = None
-    if color.data:
-        rgb = cv2.imdecode(np.frombuffer(color.data, np.uint8), cv2.IMREAD_COLOR_RGB)
-    if rgb is None:
+    color: CompressedImage, depth: RawImage, grey: bool = False
+) -> tuple[Picture, UInt16[np.ndarray, "h w"]] | str:
+    """Return RGB and depth [mm], or the reason why the messages cannot be decoded.
+
+    Args:
+        color: Colour image.
+        depth: Depth image.
+        grey: Whether the brightness is enough in place of RGB.
+    """
+    picture = decode_color(color, grey)
+    if picture is None:
         return f"the colour image ({color.format}, {len(color.data)} bytes) cannot be decoded"
     if depth.encoding not in DEPTH_PIXEL_BYTES:
         return (
@@ -28,15 +42,17 @@ def decode_frame(
         )
     size = DEPTH_PIXEL_BYTES[depth.encoding]
     step = depth.step or size * depth.width
-    if step < size * depth.width or len(depth.data) < step * depth.height or not depth.data:
+    # Each access copies the bytes.
+    data = depth.data
+    if step < size * depth.width or len(data) < step * depth.height or not data:
         return (
-            f"the depth image holds {len(depth.data)} bytes, too few for "
+            f"the depth image holds {len(data)} bytes, too few for "
             f"{depth.width} x {depth.height} pixels of {8 * size} bits"
         )
-    rows = np.frombuffer(depth.data, np.uint8)[: step * depth.height].reshape(depth.height, step)
+    rows = np.frombuffer(data, np.uint8)[: step * depth.height].reshape(depth.height, step)
     row = rows[:, : size * depth.width]
     z = row.view("<u2").astype(np.uint16, copy=False) if size == 2 else _metres_to_millimetres(row)
-    return rgb, z
+    return picture, z
 
 
 def _metres_to_millimetres(rows: UInt8[np.ndarray, "h b"]) -> UInt16[np.ndarray, "h w"]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
-from jaxtyping import UInt8, UInt16
+from jaxtyping import UInt16
+
+from services.perception.rgbd.decoding import Picture
 
 OPENCV_MODELS = ("", "plumb_bob", "rational_polynomial")
 """Distortion models whose coefficients are those of OpenCV."""
@@ -49,17 +51,18 @@ class Undistortion:
             self._nearest = cv2.convertMaps(x, y, cv2.CV_16SC2, nninterpolation=True)
 
     def __call__(
-        self, color: UInt8[np.ndarray, "h w 3"], depth: UInt16[np.ndarray, "h w"]
-    ) -> tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]]:
+        self, color: Picture, depth: UInt16[np.ndarray, "h w"]
+    ) -> tuple[Picture, UInt16[np.ndarray, "h w"]]:
         """Return both images without distortion.
 
         Args:
-            color: Red, green, blue.
+            color: Red, green, blue, or the brightness.
             depth: Depth image [mm].
         """
         if self._maps is None:
             return color, depth
-        return (
-            cv2.remap(color, *self._maps, cv2.INTER_LINEAR),
-            cv2.remap(depth, *self._nearest, cv2.INTER_NEAREST),
-        )
+        return self.color(color), cv2.remap(depth, *self._nearest, cv2.INTER_NEAREST)
+
+    def color(self, color: Picture) -> Picture:
+        """Return a colour image, or its brightness, without distortion."""
+        return color if self._maps is None else cv2.remap(color, *self._maps, cv2.INTER_LINEAR)

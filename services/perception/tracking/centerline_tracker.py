@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float64, UInt8, UInt16
+from jaxtyping import Float64, UInt16
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
@@ -26,6 +26,7 @@ from services.perception.centerline.estimate import (
     ShapePrior,
 )
 from services.perception.centerline.estimator import CenterlineEstimator
+from services.perception.rgbd.decoding import Picture
 from services.perception.rgbd.depth_bias import DepthBias
 from services.perception.rgbd.line_of_sight import Sight, line_of_sight
 from services.perception.tracking.chain_doubt import ChainDoubt
@@ -149,7 +150,7 @@ class CenterlineTracker:
 
     def track(
         self,
-        color: UInt8[np.ndarray, "h w 3"],
+        color: Picture,
         depth: UInt16[np.ndarray, "h w"],
         left: Pose | None,
         right: Pose | None,

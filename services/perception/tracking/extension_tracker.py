@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import UInt8, UInt16
+from jaxtyping import UInt16
 
 from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
 from lariat.protocols import PerceptionSetup, RopePerception
 from lariat.trajectory import NANOSECONDS
 from services.perception.centerline.estimate import CenterlineEstimate, RopeModel
+from services.perception.rgbd.decoding import Picture
 from shared.extensions import Extension, ExtensionFault
 
 MIN_SIGMA = 1e-5
@@ -54,7 +55,7 @@ class ExtensionTracker:
 
     def track(
         self,
-        color: UInt8[np.ndarray, "h w 3"],
+        color: Picture,
         depth: UInt16[np.ndarray, "h w"],
         left: Pose | None,
         right: Pose | None,
@@ -70,7 +71,7 @@ class ExtensionTracker:
 
     def _estimate(
         self,
-        color: UInt8[np.ndarray, "h w 3"],
+        color: Picture,
         depth: UInt16[np.ndarray, "h w"],
         left: Pose | None,
         right: Pose | None,

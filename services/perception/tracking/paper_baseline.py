@@ -12,13 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64, Int64, UInt8, UInt16
+from jaxtyping import Float64, Int64, UInt16
 from skimage.morphology import skeletonize
 
 from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
 from services.perception.centerline.estimate import CenterlineEstimate, RopeModel
 from services.perception.centerline.segmentation import brightness, segment_rope
+from services.perception.rgbd.decoding import Picture
 
 MAX_NEIGHBOUR_DISTANCE = 20.0
 """Distance of the nearest neighbour above which sorting stops [pixels]."""
@@ -72,7 +73,7 @@ class PaperTracker:
 
     def track(
         self,
-        color: UInt8[np.ndarray, "h w 3"],
+        color: Picture,
         depth: UInt16[np.ndarray, "h w"],
         left: Pose | None,
         right: Pose | None,
@@ -97,7 +98,7 @@ class PaperTracker:
 
 
 def paper_nodes(
-    color: UInt8[np.ndarray, "h w 3"],
+    color: Picture,
     depth: UInt16[np.ndarray, "h w"],
     camera: Camera,
     start: Float64[np.ndarray, "3"],

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from jaxtyping import UInt8, UInt16
+from jaxtyping import UInt16
 
 from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
 from services.perception.centerline.estimate import CenterlineEstimate
+from services.perception.rgbd.decoding import Picture
 
 
 class RopeTracker(Protocol):
@@ -19,7 +20,7 @@ class RopeTracker(Protocol):
 
     def track(
         self,
-        color: UInt8[np.ndarray, "h w 3"],
+        color: Picture,
         depth: UInt16[np.ndarray, "h w"],
         left: Pose | None,
         right: Pose | None,

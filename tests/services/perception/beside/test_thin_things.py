@@ -11,7 +11,8 @@ from lariat.geometry.cameras import Camera, looking_at
 from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import TABLE, Obstacle
 from services.perception.beside.other_ropes import SeenLine
-from services.perception.beside.thin_things import KnownScene, RgbdView, thin_things
+from services.perception.beside.thin_things import RgbdView, thin_things
+from services.perception.beside.unexplained import KnownScene
 from services.perception.centerline.estimate import CenterlineEstimate
 from services.sim.camera.rgbd_camera import RGB, RgbdCamera, Tube
 from services.sim.camera.sensor_noise import SensorNoise
@@ -38,7 +39,7 @@ def found(
     bodies = [TABLE, POST, *grippers]
     images = RgbdCamera(camera, seed=seed).take(NODES, ROPE.radius, bodies, tubes=tubes)
     rope = CenterlineEstimate(NODES, np.full(len(NODES), 5e-4), np.ones(len(NODES), bool))
-    view = RgbdView(images.color, images.depth, camera)
+    view = RgbdView(lambda: images.color, images.depth, camera)
     return thin_things(view, KnownScene(rope, ROPE.radius, [TABLE, *known], grippers), SIGMA)
 
 
@@ -88,5 +89,5 @@ def test_where_the_whole_rope_is_hidden_nothing_is_said() -> None:
     tube = cable(0.15, 0.006, (200, 40, 30))
     images = RgbdCamera(CAMERA, seed=1).take(NODES, ROPE.radius, [TABLE], tubes=[tube])
     unseen = CenterlineEstimate(NODES, np.full(len(NODES), 0.05), np.zeros(len(NODES), bool))
-    view = RgbdView(images.color, images.depth, CAMERA)
+    view = RgbdView(lambda: images.color, images.depth, CAMERA)
     assert not thin_things(view, KnownScene(unseen, ROPE.radius, [TABLE], []), SIGMA)

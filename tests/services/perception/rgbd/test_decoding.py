@@ -6,7 +6,7 @@ import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from services.perception.rgbd.decoding import decode_frame
+from services.perception.rgbd.decoding import decode_color, decode_frame
 from services.sim.camera.messages import color_message
 
 COLOR_IMAGE = CompressedImage(
@@ -59,3 +59,14 @@ def test_red_of_a_jpeg_is_the_first_channel() -> None:
     color, _ = decode_frame(color_message(red, "overhead", 1), DEPTH_IMAGE)
     assert color.flags.c_contiguous
     assert np.max(np.abs(color.astype(int) - red)) < 3
+
+
+def test_the_brightness_is_that_of_the_colours() -> None:
+    image = np.random.default_rng(0).integers(0, 255, (48, 64, 3), np.uint8)
+    color = color_message(cv2.GaussianBlur(image, (9, 9), 3.0), "overhead", 1)
+    rgb, grey = decode_color(color), decode_color(color, grey=True)
+    assert rgb is not None
+    assert grey is not None
+    difference = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY).astype(int) - grey
+    assert grey.ndim == 2
+    assert np.max(np.abs(difference)) <= 2

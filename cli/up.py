@@ -32,8 +32,9 @@ from stack.cell_switch.library import ScenarioLibrary, write
 from stack.credentials.local_secret import local_secret
 from stack.launcher import module_entry
 from stack.launcher.console import ConsoleHandler, ProcessConsole
+from stack.launcher.fork_server import ForkServer
 from stack.launcher.launcher import Launcher
-from stack.launcher.process import Program
+from stack.launcher.process import Program, process_environment
 from stack.launcher.programs import (
     EMULATOR_HOSTS,
     EMULATOR_PORTS,
@@ -118,6 +119,7 @@ def main(
         return emulators + [service_program(name, common, arms, page) for name in parts]
 
     with (
+        ForkServer(process_environment()) as fork_server,
         local_secret(port) as settings,
         TemporaryFolder("lariat-up-") as temporary,
     ):
@@ -137,7 +139,7 @@ def main(
         switch = CellSwitch(library, scenario, folder / "started", _check_command, campaigns)
         options = BusOptions(namespace, connect=(), listen=(endpoint,), settings=settings)
         with buses.open(options, "lariat") as bus:
-            launcher = Launcher(programs(scenario), bus, console, switch, programs)
+            launcher = Launcher(programs(scenario), bus, console, switch, programs, fork_server)
             return launcher.run(print_ready)
 
 

@@ -10,6 +10,7 @@ import sys
 import tempfile
 import webbrowser
 from contextlib import redirect_stdout
+from multiprocessing.context import ForkProcess
 from pathlib import Path
 
 import cli.__main__ as commands
@@ -69,7 +70,7 @@ def run(options: UpOptions, fork_server: ForkServer) -> int:
         _check_emulator_ports(side)
     for line in doubts(cell):
         print(f"lariat: plausible only by mistake: {line}", file=sys.stderr)
-    _preflight(scenario)
+    check = _begin_check(scenario)
     console = ProcessConsole()
     logging.basicConfig(level=logging.INFO, handlers=[ConsoleHandler(console)], force=True)
     endpoint = f"tcp/127.0.0.1:{options.port}"
@@ -115,6 +116,7 @@ def run(options: UpOptions, fork_server: ForkServer) -> int:
         switch = CellSwitch(library, scenario, folder / "started", _check_command, campaigns)
         hub = BusOptions(options.namespace, connect=(), listen=(endpoint,), settings=settings)
         with buses.open(hub, "lariat") as bus:
+            _await_check(check)
             launcher = Launcher(programs(scenario), bus, console, switch, programs, fork_server)
             return launcher.run(print_ready)
 
@@ -130,14 +132,19 @@ def _open_browser(address: str, folder: Path) -> None:
     webbrowser.open(page.as_uri())
 
 
-def _preflight(scenario: Path) -> None:
-    """Check the scenario with the rod, in a process of its own.
+def _begin_check(scenario: Path) -> ForkProcess:
+    """Begin to check the scenario with the rod, in a process of its own.
 
     So the launcher loads no compiler, and the services find the kernels compiled. The process is a
     copy of this one, which has imported most of what the check needs, and no thread yet.
     """
     process = multiprocessing.get_context("fork").Process(target=_check, args=(scenario,))
     process.start()
+    return process
+
+
+def _await_check(process: ForkProcess) -> None:
+    """Wait for the end of the check; exit where the scenario is refused."""
     process.join()
     if code := process.exitcode:
         # The process has printed the error.

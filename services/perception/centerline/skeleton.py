@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64, UInt8
-from skimage.morphology import skeletonize
+
+from services.perception.image.thinning import skeletonize
 
 NEIGHBOUR_OFFSETS = [(-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1)]
 """Row and column offsets of a pixel's eight neighbours."""

@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 from scipy.ndimage import gaussian_filter
-from skimage.morphology import skeletonize
 
 from services.perception.image.contrast import RopeMask, could_be_shadow
+from services.perception.image.thinning import skeletonize
 from services.perception.image.width import measure_width, ridge, width_from_radii
 
 HISTOGRAM_BITS = (5, 6, 6)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8
-from skimage.morphology import skeletonize
 
 from services.perception.centerline.segmentation import Color
 from services.perception.image.color_model import (
@@ -32,6 +31,7 @@ from services.perception.image.kinds import (
     usual_width,
 )
 from services.perception.image.network import rope_log_odds
+from services.perception.image.thinning import skeletonize
 from services.perception.image.width import width_from_radii
 
 SEARCH_SIDE = 480

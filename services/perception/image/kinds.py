@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float64, UInt8
-from skimage.morphology import skeletonize
 
 from services.perception.image.color_model import learn_rope_mask
 from services.perception.image.contrast import (
@@ -23,6 +22,7 @@ from services.perception.image.contrast import (
 )
 from services.perception.image.ground import StandingOut, thin_parts
 from services.perception.image.proposals import color_distance, propose, propose_by_color
+from services.perception.image.thinning import skeletonize
 from services.perception.image.width import measure_width, ridge, width_of_most_area
 
 MIN_CONTRAST = 6.0

@@ -5,7 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
-from skimage.morphology import skeletonize
+
+from services.perception.image.thinning import skeletonize
 
 MIN_WIDTH = 1.5
 """Least width that is reported [pixels]."""

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, Int64, UInt8, UInt16
-from skimage.morphology import skeletonize
 
 from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
 from services.perception.centerline.estimate import CenterlineEstimate, RopeModel
 from services.perception.centerline.segmentation import brightness, segment_rope
+from services.perception.image.thinning import skeletonize
 
 MAX_NEIGHBOUR_DISTANCE = 20.0
 """Distance of the nearest neighbour above which sorting stops [pixels]."""

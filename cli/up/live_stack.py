@@ -60,7 +60,8 @@ def run(options: UpOptions, fork_server: ForkServer) -> int:
     """
     scenario = find(options.scenario)
     cell = load(scenario)
-    parts = [*services.NAMES, *["dashboard"] * options.dashboard, *["recorder"] * options.record]
+    # The page's libraries take the longest: it begins before those that then need the processor.
+    parts = [*["dashboard"] * options.dashboard, *services.NAMES, *["recorder"] * options.record]
     dependencies.check(cell, parts)
     _check_free("127.0.0.1", options.port, "is another stack running? choose another --port")
     if options.dashboard:

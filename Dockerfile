@@ -5,7 +5,9 @@
 #
 # The base image is an argument, so that a cell can pin it by its digest:
 #   docker build --build-arg PYTHON_IMAGE=python:3.11-slim-bookworm@sha256:… …
-# PyTorch is not locked: its build is the user's choice. A wheel that is not to come from a package
+# Only the paper's controller, `control.method = "network"`, needs PyTorch, and gets it by
+#   docker build --target controller --build-arg TORCH=torch==2.13.0 …
+# It is not locked: its build is the user's choice. A wheel that is not to come from a package
 # registry is laid into the build context `wheels`:
 #   docker build --build-context wheels=/path/to/wheels …
 ARG PYTHON_IMAGE=python:3.11-slim-bookworm
@@ -117,12 +119,14 @@ USER lariat
 ENTRYPOINT ["python", "-m", "services.planner"]
 
 FROM rod AS controller
-ARG TORCH=torch==2.13.0
-RUN --mount=type=bind,source=requirements/controller.txt,target=/lock.txt \
+ARG TORCH=
+RUN --mount=type=bind,source=requirements/network.txt,target=/lock.txt \
     --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt \
- && pip install --quiet --find-links=/wheels "${TORCH}" \
- && slim
+    if [ -n "${TORCH}" ]; then \
+      pip install --quiet --require-hashes --requirement /lock.txt \
+      && pip install --quiet --find-links=/wheels "${TORCH}" \
+      && slim; \
+    fi
 COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/controller services/controller

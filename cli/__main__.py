@@ -115,10 +115,6 @@ def _call(target: str, prog: str, arguments: Sequence[str]) -> int:
 
     import tyro
 
-    from shared.bus import BusError, Unreachable
-    from shared.configuration import ConfigurationError
-    from stack.client import RequestFailed
-
     module, _, function = target.partition(":")
     try:
         verb: Callable[..., int | None] = getattr(importlib.import_module(module), function)
@@ -126,13 +122,24 @@ def _call(target: str, prog: str, arguments: Sequence[str]) -> int:
         return tyro.cli(verb, prog=prog, description=text, args=list(arguments)) or SUCCESS
     except ImportError as error:
         return _refuse(_missing(prog, module, error))
-    except (RequestFailed, Unreachable) as error:
-        print(f"lariat: {error}", file=sys.stderr)
-        return FAILURE
-    except (ConfigurationError, BusError) as error:
-        return _refuse(str(error))
     except KeyboardInterrupt:
         return INTERRUPTED
+    except Exception as error:
+        return _report(error)
+
+
+def _report(error: Exception) -> int:
+    """Report an error that a person can cure, and return the exit code; raise any other."""
+    from shared.bus import BusError, Unreachable
+    from shared.configuration import ConfigurationError
+    from stack.client import RequestFailed
+
+    if isinstance(error, RequestFailed | Unreachable):
+        print(f"lariat: {error}", file=sys.stderr)
+        return FAILURE
+    if isinstance(error, ConfigurationError | BusError):
+        return _refuse(str(error))
+    raise error
 
 
 def _bench(arguments: Sequence[str]) -> int:

@@ -22,13 +22,14 @@ IMAGES = (
     "camera",
     "perception",
     "planner",
-    "controller",
+    "network",
     "robot_gateway",
     "recorder",
     "dashboard",
     "cli",
 )
-"""Images with a lock of their own; the emulator takes that of `robot_gateway`."""
+"""Images with a lock of their own, and extras of the stack; the emulator takes the lock of
+`robot_gateway`, the controller that of `rod`, or of `network`."""
 ALL = tuple(image for image in IMAGES if image != "camera")
 """Images whose locks together are `all.txt`: all that a clone needs without its tests' tools."""
 BUILD_REQUIREMENTS = ("editables", "hatchling", "pip", "setuptools", "wheel")

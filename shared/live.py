@@ -61,6 +61,9 @@ REPORT_PERIOD = SECOND
 GARBAGE_COLLECTION_PERIOD = 5 * SECOND
 """Time between two garbage collections, which run between steps [ns]."""
 
+EXTRAS = {"torch": "network"}
+"""Extra of the stack that brings a library, where its name is not that of the process."""
+
 
 @dataclass(frozen=True)
 class LiveOptions(BusOptions):
@@ -347,12 +350,13 @@ def _scenario(options: LiveOptions) -> Scenario:
     return replace(scenario, ends=replace(scenario.ends, **ends))
 
 
-def _missing(module: str, extra: str, error: ImportError) -> int:
+def _missing(module: str, name: str, error: ImportError) -> int:
     """Report an import that failed; the exit code."""
     library = (error.name or str(error)).partition(".")[0]
     if library in ("services", "shared", "dashboard", "lariat", "stack", "benchmarks", "cli"):
         log.exception("%s cannot be imported", module)
         return EXIT_EXCEPTION
+    extra = EXTRAS.get(library, name)
     way_out = f"run in the clone: pip install -e . -e './stack[{extra}]'"
-    print(f"{extra}: {library} is not installed; {way_out}", file=sys.stderr)
+    print(f"{name}: {library} is not installed; {way_out}", file=sys.stderr)
     return EXIT_BAD_INPUT

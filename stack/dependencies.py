@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 
 from shared.configuration import ConfigurationError
+from shared.live import EXTRAS
 from shared.scenario import SIDES, Scenario
 
 
@@ -22,9 +23,10 @@ def check(scenario: Scenario, parts: Sequence[str]) -> None:
     for part in parts:
         for library in _libraries(scenario, part):
             if find_spec(library) is None:
+                extra = EXTRAS.get(library, part)
                 raise ConfigurationError(
                     f"{part} needs {library}, which is not installed; "
-                    f"run in the clone: pip install -e . -e './stack[{part}]'"
+                    f"run in the clone: pip install -e . -e './stack[{extra}]'"
                 )
 
 

@@ -23,20 +23,39 @@ AUTOGROUP = "/proc/self/autogroup"
 def main() -> None:
     """Replace this process by the program on the command line; never returns."""
     number, parent, niceness, *program = sys.argv[1:]
+    # The setting survives exec.
+    end_with(int(parent), int(number))
+    set_niceness(int(niceness))
+    os.execv(program[0], program)
+
+
+def end_with(parent: int, number: int) -> None:
+    """Let the kernel end this process when its parent dies; end it now if that has happened.
+
+    Args:
+        parent: Process id of the parent.
+        number: Signal that this process gets then.
+    """
     if sys.platform == "linux":
-        # The setting survives exec.
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(number), 0, 0, 0)
     # The parent may have died before the line above.
-    if os.getppid() != int(parent):
-        sys.exit(f"{program[0]}: the launcher (process {parent}) is gone")
+    if os.getppid() != parent:
+        sys.exit(f"{sys.argv[0]}: the launcher (process {parent}) is gone")
+
+
+def set_niceness(niceness: int) -> None:
+    """Set the priority of this process, which leads a session.
+
+    Args:
+        niceness: Scheduling priority, nice(2).
+    """
     # Only root may lower a niceness; the stack must run without that.
     with contextlib.suppress(PermissionError):
-        os.nice(int(niceness))
-    # With autogroups, Linux divides its cores between sessions first, and this process leads a
-    # session of its own: only the session's niceness then counts against other processes.
+        os.nice(niceness)
+    # With autogroups, Linux divides its cores between sessions first: only the session's niceness
+    # then counts against other processes.
     with contextlib.suppress(OSError), open(AUTOGROUP, "w") as session:
-        session.write(niceness)
-    os.execv(program[0], program)
+        session.write(str(niceness))
 
 
 if __name__ == "__main__":

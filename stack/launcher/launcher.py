@@ -30,6 +30,7 @@ from shared.messages import (
 )
 from stack.cell_switch.cell_switch import CellCondition, CellSwitch
 from stack.launcher.console import ProcessConsole
+from stack.launcher.fork_server import ForkServer
 from stack.launcher.process import Process, Program
 
 WATCH_PERIOD = 0.05
@@ -60,6 +61,7 @@ class Launcher:
         console: ProcessConsole,
         switch: CellSwitch | None = None,
         programs_of: Callable[[Path], Sequence[Program]] | None = None,
+        fork_server: ForkServer | None = None,
     ) -> None:
         """Prepare the processes.
 
@@ -69,8 +71,10 @@ class Launcher:
             console: Prints what the processes print.
             switch: Answers requests for other scenarios; without it there is one scenario.
             programs_of: Returns the programs of a scenario's file; it goes with `switch`.
+            fork_server: Forks the processes.
         """
-        self._processes = [Process(program) for program in programs]
+        self._fork_server = fork_server
+        self._processes = [Process(program, fork_server) for program in programs]
         self._switch = switch
         self._programs_of = programs_of
         self._last_lines: dict[str, str] = {}
@@ -183,7 +187,8 @@ class Launcher:
             return
         self._newest_task = self._newest_arms = None
         self._starting = True
-        self._processes = [Process(program) for program in self._programs_of(path)]
+        programs = self._programs_of(path)
+        self._processes = [Process(program, self._fork_server) for program in programs]
         for process in self._processes:
             self._start(process)
 

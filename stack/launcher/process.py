@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import IO
 
 from stack.launcher import module_entry
+from stack.launcher.fork_server import ForkedProcess, ForkServer
+from stack.launcher.fork_server_process import ForkRequest
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 
 CHILD_PROCESS = Path(__file__).with_name("child_process.py")
@@ -50,6 +52,8 @@ class Process:
     """A program and the process that runs it."""
 
     program: Program
+    fork_server: ForkServer | None = None
+    """Forks it; none starts a program of its own."""
     state: str = "starting"
     """One of starting, ready, frozen, restarting, dead, stopped."""
     restarts: int = 0
@@ -63,24 +67,18 @@ class Process:
     """Instant of its last health message [s, monotonic]."""
     longest_step: float = 0.0
     """Longest step that it declares, during which no health message comes [s]."""
-    _popen: subprocess.Popen[bytes] | None = None
+    _popen: subprocess.Popen[bytes] | ForkedProcess | None = None
     _unfinished_line: bytes = b""
 
     def start(self) -> None:
         """Start the program in a session of its own: Ctrl-C in the terminal must not reach it."""
         program = self.program
         arguments = program.arguments + (program.restart_arguments if self.restarts else ())
-        command = module_entry.command(program.module, *arguments)
         # A whole stack starts at one priority: what is up would keep the rest from starting.
         niceness = program.niceness if self.restarts else 0
-        self._popen = subprocess.Popen(
-            child_command(program.death_signal, niceness, command),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            env={**os.environ, **ENVIRONMENT},
-            start_new_session=True,
-        )
+        request = ForkRequest(program.module, arguments, program.death_signal, niceness)
+        forked = self.fork_server.fork(request) if self.fork_server else None
+        self._popen = forked or _spawn(request)
         os.set_blocking(self.output.fileno(), False)
         self._unfinished_line = b""
         self.state = "starting"
@@ -147,6 +145,24 @@ class Process:
         """Send a signal to the process and to all that it started."""
         if self._popen is not None and self._popen.poll() is None:
             os.killpg(self._popen.pid, number)
+
+
+def _spawn(request: ForkRequest) -> subprocess.Popen[bytes]:
+    """Start a process as a program of its own."""
+    command = module_entry.command(request.module, *request.arguments)
+    return subprocess.Popen(
+        child_command(signal.Signals(request.death_signal), request.niceness, command),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        env=process_environment(),
+        start_new_session=True,
+    )
+
+
+def process_environment() -> dict[str, str]:
+    """Environment variables of a process of the stack."""
+    return {**os.environ, **ENVIRONMENT}
 
 
 def child_command(

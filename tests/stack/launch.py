@@ -18,8 +18,9 @@ from stack.cell_switch.campaign.campaigns import Campaigns
 from stack.cell_switch.cell_switch import CellSwitch
 from stack.cell_switch.library import ScenarioLibrary
 from stack.launcher.console import ProcessConsole
+from stack.launcher.fork_server import ForkServer
 from stack.launcher.launcher import Launcher
-from stack.launcher.process import Program
+from stack.launcher.process import Program, process_environment
 
 
 def main() -> int:
@@ -37,12 +38,16 @@ def main() -> int:
     programs = [program(*name.partition(":")[::2]) for name in names]
     options = BusOptions(namespace, connect=(), listen=(hub,))
     first = find("three-cylinders")
-    with buses.open(options, "lariat") as bus, tempfile.TemporaryDirectory() as folder:
+    with (
+        ForkServer(process_environment()) as forks,
+        buses.open(options, "lariat") as bus,
+        tempfile.TemporaryDirectory() as folder,
+    ):
         library = ScenarioLibrary(Path(folder, "saved"), first)
         check = [sys.executable, "-S", "-c", ""]
         trials = Campaigns(Path(folder, "tables"), Path(folder, "trials"), lambda *_: check[1:])
         switch = CellSwitch(library, first, Path(folder, "started"), lambda _: check, trials)
-        launcher = Launcher(programs, bus, ProcessConsole(sys.stderr), switch, programs_of)
+        launcher = Launcher(programs, bus, ProcessConsole(sys.stderr), switch, programs_of, forks)
         return launcher.run(lambda seconds: print("all ready", flush=True))
 
 

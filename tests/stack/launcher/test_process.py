@@ -6,17 +6,22 @@ from pathlib import Path
 
 import pytest
 
+from stack.launcher.fork_server import ForkServer
 from stack.launcher.process import Process, Program
 from tests.shared.cell import until
 
 NICENESS = 7
 
 
+@pytest.mark.parametrize("forked", [True, False])
 @pytest.mark.parametrize("restarts", [0, 1])
-def test_a_process_takes_its_priority_once_the_stack_has_started(restarts: int) -> None:
+def test_a_process_takes_its_priority_once_the_stack_has_started(
+    restarts: int, forked: bool, fork_server: ForkServer
+) -> None:
     """One that is started again, in a cell that may move, has it from its beginning."""
     arguments = ("--connect", "tcp/127.0.0.1:9")
-    process = Process(Program("one", "tests.shared.beacon", arguments, niceness=NICENESS))
+    program = Program("one", "tests.shared.beacon", arguments, niceness=NICENESS)
+    process = Process(program, fork_server if forked else None)
     process.restarts = restarts
     process.start()
 

@@ -1,4 +1,4 @@
-"""`lariat up`: the live stack."""
+"""The live stack of `lariat up`."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ import sys
 import tempfile
 import webbrowser
 from contextlib import redirect_stdout
+from multiprocessing.context import ForkProcess
 from pathlib import Path
-from typing import Annotated
-
-import tyro
 
 import cli.__main__ as commands
+from cli.up.options import UpOptions
 from dashboard.door.secret_files import load_token
 from services.recorder.options import RecorderOptions
 from shared import bus as buses
@@ -32,6 +31,7 @@ from stack.cell_switch.library import ScenarioLibrary, write
 from stack.credentials.local_secret import local_secret
 from stack.launcher import module_entry
 from stack.launcher.console import ConsoleHandler, ProcessConsole
+from stack.launcher.fork_server import ForkServer
 from stack.launcher.launcher import Launcher
 from stack.launcher.process import Program
 from stack.launcher.programs import (
@@ -48,63 +48,43 @@ CAMPAIGN_FOLDER = RECORDINGS / "campaigns"
 """Folder of the tables of campaigns."""
 
 
-def main(
-    scenario: Annotated[Path, tyro.conf.Positional] = Path("three-cylinders"),
-    /,
-    port: int = 7447,
-    dashboard_port: int = 8080,
-    namespace: str = "cell",
-    dashboard: bool = True,
-    dashboard_address: tuple[str, ...] = (),
-    dashboard_password_file: Path | None = None,
-    browser: bool = False,
-    record: bool = True,
-    saved_scenarios: Path = Path("my-scenarios"),
-) -> int:
-    """Start the whole stack of a scenario and keep it running until Ctrl-C.
-
-    Examples:
-      lariat up
-      lariat up fixed-end --dashboard-port 9000
+def run(options: UpOptions, fork_server: ForkServer) -> int:
+    """Start the whole stack and keep it running until a signal.
 
     Args:
-        scenario: A scenario's TOML file, or the short name of a shipped one.
-        port: Port of the bus' hub on 127.0.0.1.
-        dashboard_port: Port of the dashboard's page on 127.0.0.1.
-        namespace: Name of the cell on the bus.
-        dashboard: Whether to serve the dashboard.
-        dashboard_address: Further addresses of the page, e.g. of a TLS proxy, https://lab.example.
-        dashboard_password_file: File with the password for addresses that other machines reach.
-        browser: Whether to open the page in a browser.
-        record: Whether to record every run to recordings/.
-        saved_scenarios: Folder of the scenarios that people save on the page.
+        options: What to start.
+        fork_server: Forks the processes.
+
+    Returns:
+        The exit code.
     """
-    scenario = find(scenario)
+    scenario = find(options.scenario)
     cell = load(scenario)
-    parts = [*services.NAMES, *["dashboard"] * dashboard, *["recorder"] * record]
+    # The page's libraries take the longest: it begins before those that then need the processor.
+    parts = [*["dashboard"] * options.dashboard, *services.NAMES, *["recorder"] * options.record]
     dependencies.check(cell, parts)
-    _check_free("127.0.0.1", port, "is another stack running? choose another --port")
-    if dashboard:
-        _check_free("127.0.0.1", dashboard_port, "choose another --dashboard-port")
+    _check_free("127.0.0.1", options.port, "is another stack running? choose another --port")
+    if options.dashboard:
+        _check_free("127.0.0.1", options.dashboard_port, "choose another --dashboard-port")
     emulated = emulated_sides(cell)
     for side in emulated:
         _check_emulator_ports(side)
     for line in doubts(cell):
         print(f"lariat: plausible only by mistake: {line}", file=sys.stderr)
-    _preflight(scenario)
+    check = _begin_check(scenario)
     console = ProcessConsole()
     logging.basicConfig(level=logging.INFO, handlers=[ConsoleHandler(console)], force=True)
-    endpoint = f"tcp/127.0.0.1:{port}"
+    endpoint = f"tcp/127.0.0.1:{options.port}"
 
     def print_ready(seconds: float) -> None:
         ready = f"all {len(emulated) + len(parts)} processes are ready after {seconds:.1f} s"
         console.print_line("lariat", ready)
-        if dashboard:
+        if options.dashboard:
             print("Ctrl-C stops all", flush=True)
             print(f"dashboard at {address}", flush=True)
         else:
             print("the stack is up  (Ctrl-C stops all)", flush=True)
-        if dashboard and browser:
+        if options.dashboard and options.browser:
             _open_browser(address, folder)
 
     def programs(path: Path) -> list[Program]:
@@ -118,26 +98,27 @@ def main(
         return emulators + [service_program(name, common, arms, page) for name in parts]
 
     with (
-        local_secret(port) as settings,
+        local_secret(options.port) as settings,
         TemporaryFolder("lariat-up-") as temporary,
     ):
         folder = temporary.path
-        bus_arguments = ("--namespace", namespace, "--connect", endpoint)
+        bus_arguments = ("--namespace", options.namespace, "--connect", endpoint)
         bus_arguments += ("--settings", str(settings))
         # Command lines are public, so a file hands over the token; a restart takes it again.
         token = folder / "token"
-        address = f"http://127.0.0.1:{dashboard_port}/?token={load_token(token)}"
-        page = ["--port", str(dashboard_port), "--token-file", str(token)]
-        if dashboard_address:
-            page += ["--address", *dashboard_address]
-        if dashboard_password_file:
-            page += ["--password-file", str(dashboard_password_file.resolve())]
-        library = ScenarioLibrary(saved_scenarios, scenario)
+        address = f"http://127.0.0.1:{options.dashboard_port}/?token={load_token(token)}"
+        page = ["--port", str(options.dashboard_port), "--token-file", str(token)]
+        if options.dashboard_address:
+            page += ["--address", *options.dashboard_address]
+        if options.dashboard_password_file:
+            page += ["--password-file", str(options.dashboard_password_file.resolve())]
+        library = ScenarioLibrary(options.saved_scenarios, scenario)
         campaigns = Campaigns(CAMPAIGN_FOLDER, folder / "campaign", _trial_command)
         switch = CellSwitch(library, scenario, folder / "started", _check_command, campaigns)
-        options = BusOptions(namespace, connect=(), listen=(endpoint,), settings=settings)
-        with buses.open(options, "lariat") as bus:
-            launcher = Launcher(programs(scenario), bus, console, switch, programs)
+        hub = BusOptions(options.namespace, connect=(), listen=(endpoint,), settings=settings)
+        with buses.open(hub, "lariat") as bus:
+            _await_check(check)
+            launcher = Launcher(programs(scenario), bus, console, switch, programs, fork_server)
             return launcher.run(print_ready)
 
 
@@ -152,14 +133,19 @@ def _open_browser(address: str, folder: Path) -> None:
     webbrowser.open(page.as_uri())
 
 
-def _preflight(scenario: Path) -> None:
-    """Check the scenario with the rod, in a process of its own.
+def _begin_check(scenario: Path) -> ForkProcess:
+    """Begin to check the scenario with the rod, in a process of its own.
 
     So the launcher loads no compiler, and the services find the kernels compiled. The process is a
     copy of this one, which has imported most of what the check needs, and no thread yet.
     """
     process = multiprocessing.get_context("fork").Process(target=_check, args=(scenario,))
     process.start()
+    return process
+
+
+def _await_check(process: ForkProcess) -> None:
+    """Wait for the end of the check; exit where the scenario is refused."""
     process.join()
     if code := process.exitcode:
         # The process has printed the error.

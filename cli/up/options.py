@@ -1,0 +1,35 @@
+"""Options of `lariat up`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+
+@dataclass(frozen=True)
+class UpOptions:
+    """Live stack to start."""
+
+    scenario: Annotated[Path, tyro.conf.Positional] = Path("three-cylinders")
+    """A scenario's TOML file, or the short name of a shipped one."""
+    port: int = 7447
+    """Port of the bus' hub on 127.0.0.1."""
+    dashboard_port: int = 8080
+    """Port of the dashboard's page on 127.0.0.1."""
+    namespace: str = "cell"
+    """Name of the cell on the bus."""
+    dashboard: bool = True
+    """Whether to serve the dashboard."""
+    dashboard_address: tuple[str, ...] = ()
+    """Further addresses of the page, e.g. of a TLS proxy, https://lab.example."""
+    dashboard_password_file: Path | None = None
+    """File with the password for addresses that other machines reach."""
+    browser: bool = False
+    """Whether to open the page in a browser."""
+    record: bool = True
+    """Whether to record every run to recordings/."""
+    saved_scenarios: Path = Path("my-scenarios")
+    """Folder of the scenarios that people save on the page."""

@@ -63,7 +63,7 @@ def main(
 
     Each step must publish exactly the recorded messages, and each field must be as recorded, within
     the tolerance of its topic (shared/topics.py). An input that the recording lacks and a message
-    that it holds twice are differences, too.
+    that it holds twice are differences, too. The processor time of the steps is printed beside.
 
     With --measures, no service is stepped: the measures of `lariat run` are computed again from the
     recorded messages, by the true rope or, where it was not recorded, by the seen one.
@@ -227,7 +227,8 @@ def _report(results: list[ReplayResult], skipped: dict[str, str], start: int) ->
         verdict = "same" if result.same else f"{len(result.differences)} differences"
         console.print(
             f"[bold]{result.service}[/] ({result.session}): {result.steps} steps, "
-            f"{compared} messages compared, {verdict}"
+            f"{compared} messages compared, {verdict}; processor time of a step "
+            f"{result.step_time(50):.2g} ms (p50), {result.step_time(99):.2g} ms (p99)"
         )
         for note in result.notes:
             console.print(f"  note: {note}")
@@ -280,6 +281,7 @@ def _as_json(
                 "service": r.service,
                 "session": r.session,
                 "steps": r.steps,
+                "step_ms": {"p50": r.step_time(50), "p99": r.step_time(99)},
                 "compared": dict(r.compared),
                 "notes": r.notes,
                 "ends": r.ends,

@@ -8,6 +8,7 @@ trace lies behind the end. All four follow from step times, latencies and sequen
 
 from __future__ import annotations
 
+import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -43,11 +44,17 @@ class ReplayResult:
     """Largest difference in each message, by topic and field with a median tolerance."""
     outputs: list[Entry] = field(default_factory=list)
     """Published messages with the numbers and log times of the recording."""
+    step_times: list[float] = field(default_factory=list)
+    """Processor time of each step, of all threads of this process [s]."""
 
     @property
     def same(self) -> bool:
         """Whether every message is the recorded one."""
         return not self.differences
+
+    def step_time(self, percentile: float) -> float:
+        """Percentile of the steps' processor time [ms]."""
+        return 1e3 * float(np.percentile(self.step_times, percentile))
 
 
 def replay_start(
@@ -82,7 +89,10 @@ def replay_start(
                 result.differences.append(difference)
         if feed:
             feed(step)
-        published = list(service.step(Inbox(dict(newest), arrived), step.trace.now))
+        inbox = Inbox(dict(newest), arrived)
+        begin = time.process_time()
+        published = list(service.step(inbox, step.trace.now))
+        result.step_times.append(time.process_time() - begin)
         for pair in alignment.step(step, published):
             _compare(result, pair, step.trace.now)
         if watch and count % 20 == 0:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -34,18 +33,9 @@ pytestmark = pytest.mark.skipif(not _engine(), reason="no container engine answe
 
 
 @pytest.fixture(scope="module")
-def wheels(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The build of torch that this machine's package configuration offers."""
-    folder = tmp_path_factory.mktemp("wheels")
-    command = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--dest", folder]
-    subprocess.run([*command, "torch==2.13.0"], check=True, timeout=600)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def build(wheels: Path) -> Iterator[Callable[[str], ComposeProject]]:
+def build(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], ComposeProject]]:
     """Create the project of a scenario; its images are built."""
-    os.environ["LARIAT_WHEELS"] = str(wheels)
+    os.environ["LARIAT_WHEELS"] = str(tmp_path_factory.mktemp("wheels"))
     name = f"lariat-test-{os.getpid()}"
 
     def create(scenario: str) -> ComposeProject:

@@ -8,6 +8,8 @@ publishers, which on one machine are the same.
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,8 +40,17 @@ class Latency:
     """99th percentile [ms]."""
 
 
-def latencies(recording: Recording) -> list[Latency]:
-    """Return the latencies of each stage that an image of the recording has reached."""
+def latencies(recordings: Iterable[Recording]) -> list[Latency]:
+    """Return the latencies of each stage that an image of the recordings has reached."""
+    delays: dict[str, list[float]] = {stage: [] for stage in STAGES}
+    for recording in recordings:
+        for stage, times in _reached(recording).items():
+            delays[stage] += [1e-6 * (sent - exposed) for exposed, sent in times.items()]
+    return [_latency(stage, values) for stage, values in delays.items() if values]
+
+
+def _reached(recording: Recording) -> dict[str, dict[int, int]]:
+    """For each stage, when an image reached it [ns], by the time of its exposure [ns]."""
     reached: dict[str, dict[int, int]] = {stage: {} for stage in STAGES}
     # Setpoints whose acceptance is still to come: image by session and number.
     waiting: dict[tuple[str, int], int] = {}
@@ -62,10 +73,26 @@ def latencies(recording: Recording) -> list[Latency]:
                 for session, sequence in list(waiting):
                     if session == message.session and sequence <= message.sequence:
                         accepted[waiting.pop((session, sequence))] = sent
-    return [_latency(stage, times) for stage, times in reached.items() if times]
+    return reached
 
 
-def _latency(stage: str, times: dict[int, int]) -> Latency:
-    values = [1e-6 * (sent - exposed) for exposed, sent in times.items()]
+def _latency(stage: str, values: list[float]) -> Latency:
     p50, p99 = np.quantile(values, [0.5, 0.99])
     return Latency(stage, len(values), round(float(p50), 3), round(float(p99), 3))
+
+
+def print_latencies(delays: list[Latency]) -> None:
+    """Print the latencies as a table."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    table.add_column("from exposure until")
+    for head in ("p50 ms", "p99 ms", "images"):
+        table.add_column(head, justify="right")
+    for d in delays:
+        table.add_row(d.stage, f"{d.p50_ms:.1f}", f"{d.p99_ms:.1f}", str(d.images))
+    if delays:
+        console = Console(file=sys.stdout, width=120)
+        console.print()
+        console.print(table)

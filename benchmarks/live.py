@@ -18,7 +18,7 @@ from typing import Annotated
 import numpy as np
 import tyro
 
-from benchmarks.camera_to_arm import Latency, latencies
+from benchmarks.camera_to_arm import latencies, print_latencies
 from benchmarks.conditions import Conditions
 from benchmarks.stages import attached
 from shared import topics
@@ -93,7 +93,7 @@ def run(
     try:
         recording = Recording.open(path)
         rows = step_times(recording)
-        delays = latencies(recording)
+        delays = latencies([recording])
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
     if not rows:
@@ -104,7 +104,7 @@ def run(
         print(encoder.dumps({"recording": str(path), **found}))
     else:
         _print(path, rows, recording)
-        _print_latencies(delays)
+        print_latencies(delays)
     return 0
 
 
@@ -197,19 +197,3 @@ def _print(path: Path, rows: list[StepTimes], recording: Recording) -> None:
             str(r.seconds),
         )
     Console(file=sys.stdout, width=120).print(table)
-
-
-def _print_latencies(delays: list[Latency]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False)
-    table.add_column("from exposure until")
-    for head in ("p50 ms", "p99 ms", "images"):
-        table.add_column(head, justify="right")
-    for d in delays:
-        table.add_row(d.stage, f"{d.p50_ms:.1f}", f"{d.p99_ms:.1f}", str(d.images))
-    if delays:
-        console = Console(file=sys.stdout, width=120)
-        console.print()
-        console.print(table)

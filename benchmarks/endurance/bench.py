@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from benchmarks.camera_to_arm import Latency, print_latencies
 from benchmarks.conditions import Conditions
 from benchmarks.endurance.live import LiveOperation
 from benchmarks.endurance.samples import Sample, Trend, trends
@@ -33,7 +34,7 @@ def run(
 
     Simulated: all services in one process, true nodes sensed, a reset after every run. Live:
     `lariat up` with dashboard and recorder, pages open all the time. Its recordings go to a
-    temporary folder.
+    temporary folder; the last of them tell how long camera images take to the arms.
 
     Examples:
       lariat bench endurance --hours 8 --progress endurance.json
@@ -98,6 +99,7 @@ def _live(scenario: Path, minutes: float, pages: int, hostile_rate: float) -> di
             "holds": operation.holds,
             "refused": operation.refused,
             "ended_pages": operation.ended_pages,
+            "latency": [asdict(latency) for latency in operation.latencies()],
         }
 
 
@@ -138,25 +140,33 @@ def _print(name: str, answer: dict[str, Any], conditions: Conditions) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    live = name == "live"
     title = f"{name}: {answer['minutes']:.0f} min, {answer['runs']} runs reached"
-    sensed = "true nodes sensed" if name == "simulated" else str(conditions)
+    sensed = str(conditions) if live else "true nodes sensed"
     table = Table(box=None, title=title, caption=sensed, title_justify="left")
-    heads = ("process", "samples", "memory MB", "MB/h", "files", "threads", "step p99 ms")
-    for head in heads:
-        table.add_column(head, justify="left" if head == "process" else "right")
-    for row in answer["trends"]:
-        trend = Trend(**row)
-        table.add_row(
-            trend.process,
+    heads = ["samples", "memory MB", "MB/h", "files", "threads", "step p99 ms"]
+    table.add_column("process")
+    for head in [*heads, "period ms", "core %"] if live else heads:
+        table.add_column(head, justify="right")
+    found = [Trend(**row) for row in answer["trends"]]
+    for trend in found:
+        cells = [
             str(trend.samples),
             " → ".join(f"{value:.0f}" for value in trend.memory_mb),
             f"{trend.memory_mb_per_hour:+.1f}",
             "–".join(map(str, trend.files)),
             "–".join(map(str, trend.threads)),
             " → ".join(f"{value:.1f}" for value in trend.step_p99_ms),
-        )
+        ]
+        if live:
+            cells += [f"{trend.period_ms:.1f}", f"{trend.processor_percent:.1f}"]
+        table.add_row(trend.process, *cells)
+    if live:
+        total = sum(trend.processor_percent for trend in found)
+        table.add_row("all", *[""] * len(heads), "", f"{total:.1f}")
     console = Console(file=sys.stdout, width=120)
     console.print(table)
+    print_latencies([Latency(**row) for row in answer.get("latency", [])])
     if "holds" in answer:
         console.print(f"{answer['holds']} holds, {answer['refused']} messages refused")
     if ended := answer.get("ended_pages"):

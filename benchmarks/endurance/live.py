@@ -10,11 +10,14 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import TracebackType
 
+from benchmarks.camera_to_arm import Latency, latencies
 from benchmarks.endurance.pages import OpenPages
 from benchmarks.endurance.samples import Sample, sample_of
 from benchmarks.live_stack import LiveStack
+from services.recorder.retention import IDLE_ENDING
 from shared import topics
 from shared.messages import FAILED, IDLE, REACHED, ArmCommand, ArmStates, Health, TaskRequest
+from shared.recording import Recording
 from shared.scenario import load
 from stack.client import RequestFailed
 from stack.credentials.local_secret import find_local_secret
@@ -28,6 +31,10 @@ HOSTILE_DURATION = 86_400.0
 """Time after which the publisher of hostile messages would end by itself [s]."""
 POLL_PERIOD = 0.05
 """Time between two looks at the state of the task [s]."""
+RECORDINGS = "recordings"
+"""Folder of the recordings in that of the stack."""
+LATENCY_RECORDINGS = 5
+"""Largest number of recordings that latencies are read from."""
 
 
 class LiveOperation:
@@ -87,10 +94,11 @@ class LiveOperation:
 
     def _samples(self, minutes: float) -> Iterator[Sample]:
         self._update()
-        yield sample_of("lariat up", self._stack.pid, minutes, 0.0)
+        yield sample_of("lariat up", self._stack.pid, minutes)
         for name, health in sorted(self._health.items()):
             with suppress(OSError):  # It may just be restarted.
-                yield sample_of(name, health.process, minutes, health.step_p99_ms)
+                steps = health.step_p99_ms, health.period_ms
+                yield sample_of(name, health.process, minutes, *steps)
 
     def _run_once(self) -> None:
         try:
@@ -132,6 +140,13 @@ class LiveOperation:
                 self._client.command_arms(ArmCommand.ACKNOWLEDGE)
             time.sleep(POLL_PERIOD)
             self._client.command_arms(ArmCommand.RESUME)
+
+    def latencies(self) -> list[Latency]:
+        """Latencies from camera to arm, of the images of the newest closed recordings."""
+        files = sorted((self._stack.folder / RECORDINGS).glob("*.mcap"))
+        runs = [path for path in files if not path.name.endswith(IDLE_ENDING)]
+        # The last one is still being written.
+        return latencies(Recording.open(path) for path in runs[:-1][-LATENCY_RECORDINGS:])
 
     @property
     def ended_pages(self) -> str:

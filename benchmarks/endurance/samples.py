@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,8 +25,12 @@ class Sample:
     """Number of open files and sockets."""
     threads: int
     """Number of threads."""
-    step_p99_ms: float
-    """99th percentile of the step times since the last sample [ms]; 0 where there is none."""
+    processor_s: float
+    """Processor time that the process has used since it began [s]."""
+    step_p99_ms: float = 0.0
+    """99th percentile of the step times of the last second [ms]; 0 where there are no steps."""
+    period_ms: float = 0.0
+    """Period of the steps [ms]; 0 where there are no steps."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +49,21 @@ class Trend:
     """Fewest and most open files."""
     threads: tuple[int, int]
     """Fewest and most threads."""
+    processor_percent: float
+    """Processor time between the first and the last sample, as a share of one core [%]."""
     step_p99_ms: tuple[float, float]
     """Median of the 99th percentiles of the step times in the first and in the last half [ms]."""
+    period_ms: float
+    """Period of the steps [ms]; 0 where there are no steps."""
 
 
-def sample_of(process: str, pid: int | str, minutes: float, step_p99_ms: float) -> Sample:
+def sample_of(
+    process: str,
+    pid: int | str,
+    minutes: float,
+    step_p99_ms: float = 0.0,
+    period_ms: float = 0.0,
+) -> Sample:
     """Return a sample of a running process.
 
     Args:
@@ -56,19 +71,25 @@ def sample_of(process: str, pid: int | str, minutes: float, step_p99_ms: float) 
         pid: Its id, or `self`.
         minutes: Time of operation so far [min].
         step_p99_ms: 99th percentile of its step times [ms].
+        period_ms: Period of its steps [ms].
 
     Raises:
         OSError: There is no such process.
     """
     folder = Path(f"/proc/{pid}")
     pages = int((folder / "statm").read_text().split()[1])
+    # Behind the name, which may hold anything, `stat` goes on with its third field.
+    fields = (folder / "stat").read_text().rpartition(")")[2].split()
+    ticks = int(fields[14 - 3]) + int(fields[15 - 3])
     return Sample(
         process=process,
         minutes=round(minutes, 3),
         memory_mb=round(pages * resource.getpagesize() / 2**20, 2),
         files=len(list((folder / "fd").iterdir())),
         threads=len(list((folder / "task").iterdir())),
+        processor_s=ticks / os.sysconf("SC_CLK_TCK"),
         step_p99_ms=round(step_p99_ms, 3),
+        period_ms=round(period_ms, 3),
     )
 
 
@@ -85,6 +106,8 @@ def _trend(samples: Sequence[Sample]) -> Trend:
     slope = np.polyfit(hours, memory, 1)[0] if np.ptp(hours) > 0.0 else 0.0
     steps = [row.step_p99_ms for row in rows]
     half = max(len(rows) // 2, 1)
+    seconds = 60.0 * (rows[-1].minutes - rows[0].minutes)
+    used = rows[-1].processor_s - rows[0].processor_s
     return Trend(
         process=rows[0].process,
         samples=len(rows),
@@ -92,8 +115,10 @@ def _trend(samples: Sequence[Sample]) -> Trend:
         memory_mb_per_hour=round(float(slope), 2),
         files=(min(r.files for r in rows), max(r.files for r in rows)),
         threads=(min(r.threads for r in rows), max(r.threads for r in rows)),
+        processor_percent=round(100.0 * used / seconds, 1) if seconds > 0.0 else 0.0,
         step_p99_ms=(
             round(float(np.median(steps[:half])), 2),
             round(float(np.median(steps[-half:])), 2),
         ),
+        period_ms=rows[-1].period_ms,
     )

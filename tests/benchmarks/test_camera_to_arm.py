@@ -44,7 +44,7 @@ def test_one_image_is_followed_through_every_process(tmp_path: Path) -> None:
     for k, (topic, message, at) in enumerate(sent):
         writer.write(topic, message.SerializeToString(), "x-0", k, at + MS, at)
     writer.close()
-    found = latencies(Recording.open(path))
+    found = latencies([Recording.open(path)])
     assert [latency.stage for latency in found] == list(STAGES)
     assert found[:3] == [
         Latency("image published", 4, 5.0, 5.0),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from shared.service import SECOND
 
 
 def samples(memory: list[float]) -> list[Sample]:
-    return [Sample("sim", 6.0 * k, mb, 10, 4, 2.0) for k, mb in enumerate(memory)]
+    return [Sample("sim", 6.0 * k, mb, 10, 4, 36.0 * k, 2.0, 8.0) for k, mb in enumerate(memory)]
 
 
 def test_growth_of_memory_is_the_slope_of_its_samples_without_the_first_tenth() -> None:
@@ -25,10 +26,24 @@ def test_growth_of_memory_is_the_slope_of_its_samples_without_the_first_tenth() 
     assert growing.memory_mb == (102.0, 119.0)
 
 
+def test_load_is_the_processor_time_between_first_and_last_sample() -> None:
+    (trend,) = trends(samples([100.0] * 20))
+    assert trend.processor_percent == pytest.approx(10.0)
+    assert (trend.step_p99_ms, trend.period_ms) == ((2.0, 2.0), 8.0)
+
+
+def test_processor_time_of_this_process_is_what_the_system_says() -> None:
+    first, begun = sample_of("me", "self", 0.0), time.process_time()
+    while time.process_time() - begun < 0.5:
+        sum(range(1000))
+    used = sample_of("me", "self", 0.0).processor_s - first.processor_s
+    assert used == pytest.approx(time.process_time() - begun, abs=0.05)
+
+
 def test_sample_of_this_process_counts_its_open_files(tmp_path: Path) -> None:
-    before = sample_of("me", "self", 0.0, 0.0)
+    before = sample_of("me", "self", 0.0)
     with (tmp_path / "a").open("w"), (tmp_path / "b").open("w"):
-        during = sample_of("me", "self", 0.0, 0.0)
+        during = sample_of("me", "self", 0.0)
     assert during.files == before.files + 2
     assert before.threads >= 1
     assert before.memory_mb > 1.0

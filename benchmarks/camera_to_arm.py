@@ -8,11 +8,11 @@ publishers, which on one machine are the same.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from rich.table import Table
 
 from shared import topics
 from shared.messages import stamp_of
@@ -81,18 +81,12 @@ def _latency(stage: str, values: list[float]) -> Latency:
     return Latency(stage, len(values), round(float(p50), 3), round(float(p99), 3))
 
 
-def print_latencies(delays: list[Latency]) -> None:
-    """Print the latencies as a table."""
-    from rich.console import Console
-    from rich.table import Table
-
+def latency_table(delays: Iterable[Latency]) -> Table:
+    """Return the latencies as a table."""
     table = Table(box=None, pad_edge=False)
     table.add_column("from exposure until")
     for head in ("p50 ms", "p99 ms", "images"):
         table.add_column(head, justify="right")
     for d in delays:
         table.add_row(d.stage, f"{d.p50_ms:.1f}", f"{d.p99_ms:.1f}", str(d.images))
-    if delays:
-        console = Console(file=sys.stdout, width=120)
-        console.print()
-        console.print(table)
+    return table

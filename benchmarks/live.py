@@ -18,8 +18,9 @@ from typing import Annotated
 import numpy as np
 import tyro
 
-from benchmarks.camera_to_arm import latencies, print_latencies
+from benchmarks.camera_to_arm import latencies, latency_table
 from benchmarks.conditions import Conditions
+from benchmarks.result_block import show
 from benchmarks.stages import attached
 from shared import topics
 from shared.configuration import ConfigurationError
@@ -104,7 +105,7 @@ def run(
         print(encoder.dumps({"recording": str(path), **found}))
     else:
         _print(path, rows, recording)
-        print_latencies(delays)
+        show([latency_table(delays)] if delays else [], None, 120)
     return 0
 
 

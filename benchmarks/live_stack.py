@@ -48,6 +48,8 @@ class LiveStack:
         """Folder in which it runs."""
         self.address = ""
         """Address of the page, with its token."""
+        self.ready_after = 0.0
+        """Time from the command until all processes were ready [s]."""
 
     @property
     def pid(self) -> int:
@@ -68,6 +70,7 @@ class LiveStack:
         log = self.folder / "up.txt"
         # SIGTERM, so that it ends the services when this process is killed.
         command = child_command(signal.SIGTERM, 0, module_entry.command("cli", "up", *arguments))
+        begun = time.monotonic()
         with log.open("wb") as output:
             self._launcher = subprocess.Popen(
                 command,
@@ -79,6 +82,7 @@ class LiveStack:
         self._resources.callback(self._end)
         try:
             self.address = self._wait_for_address(log)
+            self.ready_after = time.monotonic() - begun
         except BaseException:
             self._resources.close()
             raise

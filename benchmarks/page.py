@@ -11,7 +11,6 @@ from __future__ import annotations
 import json as encoder
 import os
 import secrets
-import socket
 import subprocess
 import sys
 import tempfile
@@ -26,6 +25,8 @@ import tyro
 
 from benchmarks.endurance.pages import OpenPages
 from benchmarks.endurance.samples import sample_of
+from benchmarks.live_stack import free_port
+from benchmarks.processor_time import processor_times
 from shared import bus as buses
 from shared import topics
 from shared.bus import Bus, BusOptions
@@ -163,7 +164,7 @@ class _Played:
 def _measure(
     played: _Played, scenario: Path, folder: Path, pages: int, slow_pages: int, seconds: float
 ) -> Load:
-    port, page_port = _free_port(), _free_port()
+    port, page_port = free_port(), free_port()
     hub, namespace = f"tcp/127.0.0.1:{port}", f"page-{secrets.token_hex(4)}"
     token = folder / "token"
     arguments = ["--scenario", str(scenario), "--namespace", namespace, "--connect", hub]
@@ -196,10 +197,10 @@ def _measure(
         played.play(bus, time.monotonic() + WARM_UP)
         healths.take()
         received = readers.received if readers else 0
-        first, used, begun = _sample(process.pid), _processor_time(process.pid), time.monotonic()
+        first, used, begun = _sample(process.pid), processor_times(process.pid)[0], time.monotonic()
         played.play(bus, begun + seconds)
         elapsed = time.monotonic() - begun
-        used = _processor_time(process.pid) - used
+        used = processor_times(process.pid)[0] - used
         received = (readers.received - received) if readers else 0
         steps: list[Health] = [
             item.message for _, item in healths.take() if item.message.service == "dashboard"
@@ -219,16 +220,4 @@ def _measure(
 
 def _sample(pid: int) -> float:
     """Resident memory of a process [MB]."""
-    return sample_of("dashboard", pid, 0.0, 0.0).memory_mb
-
-
-def _processor_time(pid: int) -> float:
-    """Processor time that a process has used so far [s]."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+    return sample_of("dashboard", pid, 0.0).memory_mb

@@ -1,29 +1,39 @@
-"""Processor time of a stack's start: `lariat bench start`.
+"""Time of a stack's start: `lariat bench start`.
 
-`lariat up` starts a scenario, and the kernel states the processor time of each process when all are
-ready. It hardly depends on what else the machine does, unlike the time until then.
+`lariat up` starts a scenario. When all processes are ready, the clock tells how long it took from
+the command on, and the kernel the processor time of each process, which hardly depends on what else
+the machine does.
 """
 
 from __future__ import annotations
 
 import json as encoder
-import os
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
 from benchmarks.live_stack import LiveStack
+from benchmarks.processor_time import processor_times
 from benchmarks.result_block import find_block, show
 from shared.scenario import find
 
-TICK = 1.0 / os.sysconf("SC_CLK_TCK")
-"""Unit of the kernel's processor times [s]."""
 LAUNCHER = "lariat up"
 """Name of the launcher."""
 CHECK = "check of the scenario"
 """Name of the process that checks the scenario before the others start."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Times of one start."""
+
+    ready_after: float
+    """Time from the command until all processes are ready [s]."""
+    processor_s: dict[str, float]
+    """Processor time of each process until then [s]."""
 
 
 def run(
@@ -32,7 +42,7 @@ def run(
     docs: Path | None = None,
     json: bool = False,
 ) -> int:
-    """Start a stack several times and measure the processor time of each process.
+    """Start a stack several times, and measure when it is ready and what each process takes.
 
     One start that is not counted comes first: it compiles kernels that are not kept yet.
 
@@ -48,16 +58,17 @@ def run(
     """
     block = find_block(docs)
     path = find(scenario)
-    starts = [processor_times(path) for _ in range(1 + count)][1:]
+    starts = [measure_start(path) for _ in range(1 + count)][1:]
     if json:
-        print(encoder.dumps({"scenario": str(scenario), "starts_s": starts}))
+        rows = [asdict(start) for start in starts]
+        print(encoder.dumps({"scenario": str(scenario), "starts": rows}))
     else:
         show([_table(scenario, starts)], block)
     return 0
 
 
-def processor_times(scenario: Path) -> dict[str, float]:
-    """Start a stack and return the processor time of each process when all are ready [s].
+def measure_start(scenario: Path) -> Start:
+    """Start a stack and return its times when all processes are ready.
 
     Args:
         scenario: File of the scenario.
@@ -66,25 +77,13 @@ def processor_times(scenario: Path) -> dict[str, float]:
         RuntimeError: The stack does not start.
     """
     with LiveStack(scenario) as stack:
-        own, ended = cpu_times(stack.pid)
+        own, ended = processor_times(stack.pid)
         found = {LAUNCHER: own, CHECK: ended}
         for child in _children(stack.pid):
             module = _module(child)
             if module:
-                found[module] = sum(cpu_times(child))
-    return found
-
-
-def cpu_times(pid: int) -> tuple[float, float]:
-    """Return the processor times of a process and of its children that have ended [s].
-
-    Raises:
-        OSError: There is no such process.
-    """
-    # The name, in parentheses, may hold anything; utime, stime, cutime, cstime: see proc(5).
-    words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    user, system, ended_user, ended_system = (int(word) for word in words[11:15])
-    return TICK * (user + system), TICK * (ended_user + ended_system)
+                found[module] = sum(processor_times(child))
+        return Start(stack.ready_after, found)
 
 
 def _children(pid: int) -> list[int]:
@@ -99,12 +98,14 @@ def _module(pid: int) -> str:
     return words[places[0] + 1].rpartition(".")[2] if places else ""
 
 
-def _table(scenario: Path, starts: Sequence[dict[str, float]]) -> Table:
-    caption = f"{scenario}, median of {len(starts)} starts"
-    table = Table(caption=caption)
+def _table(scenario: Path, starts: Sequence[Start]) -> Table:
+    table = Table(caption=f"{scenario}, median of {len(starts)} starts")
     table.add_column("process")
     table.add_column("processor time s", justify="right")
-    for name in starts[0]:
-        table.add_row(name, f"{np.median([start[name] for start in starts]):.2f}")
-    table.add_row("all", f"{np.median([sum(start.values()) for start in starts]):.2f}")
+    table.add_column("ready after s", justify="right")
+    for name in starts[0].processor_s:
+        table.add_row(name, f"{np.median([start.processor_s[name] for start in starts]):.2f}", "")
+    total = np.median([sum(start.processor_s.values()) for start in starts])
+    ready = np.median([start.ready_after for start in starts])
+    table.add_row("all", f"{total:.2f}", f"{ready:.2f}")
     return table

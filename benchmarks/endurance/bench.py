@@ -9,11 +9,15 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from benchmarks.camera_to_arm import Latency, print_latencies
+from rich.markup import escape
+from rich.table import Table
+
+from benchmarks.camera_to_arm import Latency, latency_table
 from benchmarks.conditions import Conditions
 from benchmarks.endurance.live import LiveOperation
 from benchmarks.endurance.samples import Sample, Trend, trends
 from benchmarks.endurance.simulated import SimulatedOperation
+from benchmarks.result_block import find_block, show
 from shared.configuration import ConfigurationError
 from shared.scenario import Scenario, load
 
@@ -28,6 +32,7 @@ def run(
     hostile_rate: float = 0.0,
     scenario: Path = DEFAULT_SCENARIO,
     progress: Path | None = None,
+    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Run back to back for hours, and show whether memory, files, threads or step times grow.
@@ -50,11 +55,13 @@ def run(
         scenario: Scenario of the runs.
         progress: File of the samples so far; an interrupted simulated operation goes on from it,
             in a new process.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of tables.
 
     Returns:
         0 when every run reached its goal, 1 otherwise.
     """
+    block = find_block(docs)
     loaded = load(scenario)
     # What this process refuses beside the services is no news.
     logging.disable(logging.WARNING)
@@ -67,8 +74,9 @@ def run(
     if json:
         print(encoder.dumps(answers))
     else:
-        for name, answer in answers.items():
-            _print(name, answer, Conditions.of(loaded))
+        conditions = Conditions.of(loaded)
+        found = [table for answer in answers.items() for table in _tables(*answer, conditions)]
+        show(found, block, 120)
     return 1 if any(answer["failures"] for answer in answers.values()) else 0
 
 
@@ -136,14 +144,15 @@ def _report(sample: Sample, runs: int) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def _print(name: str, answer: dict[str, Any], conditions: Conditions) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
+def _tables(name: str, answer: dict[str, Any], conditions: Conditions) -> list[Table]:
     live = name == "live"
     title = f"{name}: {answer['minutes']:.0f} min, {answer['runs']} runs reached"
-    sensed = str(conditions) if live else "true nodes sensed"
-    table = Table(box=None, title=title, caption=sensed, title_justify="left")
+    notes = [str(conditions) if live else "true nodes sensed"]
+    if live:
+        notes.append(f"{answer['holds']} holds, {answer['refused']} messages refused")
+        notes += [answer["ended_pages"]] if answer["ended_pages"] else []
+    notes += answer["failures"][:10]
+    table = Table(box=None, title=title, caption=escape("; ".join(notes)), title_justify="left")
     heads = ["samples", "memory MB", "MB/h", "files", "threads", "step p99 ms"]
     table.add_column("process")
     for head in [*heads, "period ms", "core %"] if live else heads:
@@ -164,12 +173,5 @@ def _print(name: str, answer: dict[str, Any], conditions: Conditions) -> None:
     if live:
         total = sum(trend.processor_percent for trend in found)
         table.add_row("all", *[""] * len(heads), "", f"{total:.1f}")
-    console = Console(file=sys.stdout, width=120)
-    console.print(table)
-    print_latencies([Latency(**row) for row in answer.get("latency", [])])
-    if "holds" in answer:
-        console.print(f"{answer['holds']} holds, {answer['refused']} messages refused")
-    if ended := answer.get("ended_pages"):
-        console.print(ended, markup=False)
-    for failure in answer["failures"][:10]:
-        console.print(failure, markup=False)
+    latency = [Latency(**row) for row in answer.get("latency", [])]
+    return [table, latency_table(latency)] if latency else [table]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import resource
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
+from benchmarks.processor_time import processor_times
 
 
 @dataclass(frozen=True)
@@ -78,16 +79,13 @@ def sample_of(
     """
     folder = Path(f"/proc/{pid}")
     pages = int((folder / "statm").read_text().split()[1])
-    # Behind the name, which may hold anything, `stat` goes on with its third field.
-    fields = (folder / "stat").read_text().rpartition(")")[2].split()
-    ticks = int(fields[14 - 3]) + int(fields[15 - 3])
     return Sample(
         process=process,
         minutes=round(minutes, 3),
         memory_mb=round(pages * resource.getpagesize() / 2**20, 2),
         files=len(list((folder / "fd").iterdir())),
         threads=len(list((folder / "task").iterdir())),
-        processor_s=ticks / os.sysconf("SC_CLK_TCK"),
+        processor_s=round(processor_times(pid)[0], 2),
         step_p99_ms=round(step_p99_ms, 3),
         period_ms=round(period_ms, 3),
     )

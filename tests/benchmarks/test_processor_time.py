@@ -9,14 +9,14 @@ import sys
 
 import pytest
 
-from benchmarks.start import cpu_times
+from benchmarks.processor_time import processor_times
 
 
 def test_times_are_those_that_the_kernel_counts_for_a_process_and_its_ended_children() -> None:
     busy = "import time\nwhile time.process_time() < 0.1: pass"
-    before = cpu_times(os.getpid())
+    before = processor_times(os.getpid())
     subprocess.run([sys.executable, "-c", busy], check=True)
-    own, ended = cpu_times(os.getpid())
+    own, ended = processor_times(os.getpid())
     assert ended - before[1] >= 0.09
     for found, who in ((own, resource.RUSAGE_SELF), (ended, resource.RUSAGE_CHILDREN)):
         usage = resource.getrusage(who)

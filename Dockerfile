@@ -42,7 +42,7 @@ RUN --mount=type=bind,source=requirements/router.txt,target=/lock.txt \
 FROM base AS router
 COPY --from=sources / ./
 USER lariat
-ENTRYPOINT ["python", "-m", "shared.router"]
+ENTRYPOINT ["python", "-m", "shared.bus.router"]
 
 # The library's compiler links against X11, though nothing here opens a window; binutils make a
 # shared library of the compiled kernel.

@@ -32,8 +32,8 @@ from shared.messages import (
     obstacle_message,
     poses_known,
 )
+from shared.runtime.service import SECOND, Inbox, Received
 from shared.scenario import SIDES, Scenario, load
-from shared.service import SECOND, Inbox, Received
 from stack.simulation.emulated_arms import MemoryLink, emulated_links
 from stack.simulation.simulated_time import START
 

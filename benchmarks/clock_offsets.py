@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from shared.messages import Message, TraceInput
-from shared.service import SECOND, Inbox, Publication, Received, Service
+from shared.runtime.service import SECOND, Inbox, Publication, Received, Service
 from shared.topics import Topic
 
 HOUR = 3600 * SECOND

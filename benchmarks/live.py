@@ -26,7 +26,7 @@ from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import ArmStates, Health
 from shared.recording import Recording
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from stack.client import Cell
 
 RECORDING_FOLDER = Path("recordings")

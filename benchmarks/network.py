@@ -14,8 +14,8 @@ from lariat.trajectory import MotionLimits
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import ArmStates
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario, load
-from shared.service import SECOND
 from stack import services
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import Delivery, Network, session_id

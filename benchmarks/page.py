@@ -33,7 +33,7 @@ from shared.bus import Bus, BusOptions
 from shared.configuration import ConfigurationError
 from shared.messages import Health, Message
 from shared.recording import Recording
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from shared.topics import Topic
 from stack.launcher import module_entry
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT

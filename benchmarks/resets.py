@@ -14,9 +14,9 @@ from rich.table import Table
 from benchmarks.result_block import find_block, show
 from shared import topics
 from shared.messages import FAILED, IDLE, REACHED, RunState, TaskRequest, TaskState, chain
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario
 from shared.scenario.shipped import shipped_names
-from shared.service import SECOND
 from stack import services
 from stack.scenario_overrides import load_with
 from stack.simulation.closed_loop import POLL_PERIOD, make_ready, with_emulated_arms

@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 
-from shared.closed_pipe import ending_with_the_reader
+from shared.runtime.closed_pipe import ending_with_the_reader
 from shared.suggestion import did_you_mean
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 

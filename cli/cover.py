@@ -20,9 +20,9 @@ from lariat.geometry.mesh_cover import MeshCover, cover_mesh
 from lariat.geometry.obstacle_checks import MAX_SIZE
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from shared import depth_file
 from shared.configuration import ConfigurationError
-from shared.mesh_file import read_mesh
+from shared.files import depth_file
+from shared.files.mesh_file import read_mesh
 from shared.scenario.entries import inline, obstacle_entry
 
 

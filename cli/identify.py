@@ -30,7 +30,7 @@ from lariat.rod.identification import (
     undetermined,
 )
 from shared.configuration import ConfigurationError
-from shared.file_kind import kind_of
+from shared.files.file_kind import kind_of
 from shared.suggestion import did_you_mean_file
 
 MOTION_KEYS = ("vertices", "dt", "prescribed")

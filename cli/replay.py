@@ -22,8 +22,8 @@ from shared import topics
 from shared.configuration import ConfigurationError
 from shared.extensions import require_allowed
 from shared.recording import Recording, Writer
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario
-from shared.service import SECOND
 from shared.suggestion import did_you_mean
 from stack import services
 from stack.replay.measures import RecordedMeasures, recorded_measures

@@ -19,9 +19,9 @@ from services.recorder.runs.run_folder import MAX_NOTE_LENGTH
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import RunState
+from shared.runtime.service import SECOND
 from shared.scenario import SIDES, Scenario
 from shared.scenario.plausibility import doubts
-from shared.service import SECOND
 from stack import preflight
 from stack.scenario_overrides import load_with
 from stack.simulation.closed_loop import Score, Watch, as_json, run

@@ -15,9 +15,9 @@ from jaxtyping import Float64, UInt8, UInt16
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.poses import Pose
-from shared.bounded_file import read_file
 from shared.configuration import ConfigurationError
-from shared.image_header import check_image
+from shared.files.bounded_file import read_file
+from shared.files.image_header import check_image
 
 if TYPE_CHECKING:
     from services.perception.centerline.estimate import CenterlineEstimate

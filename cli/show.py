@@ -20,9 +20,9 @@ from dashboard.recordings.timeline import RecordedMessage, Timeline, thin_topic
 from dashboard.subscriptions import reads
 from shared import topics
 from shared.configuration import ConfigurationError
-from shared.live import Stopped, stopping_on_signals
 from shared.recording import Recording
-from shared.service import SECOND
+from shared.runtime.live import Stopped, stopping_on_signals
+from shared.runtime.service import SECOND
 from shared.topics import Topic
 
 PICTURE_PERIOD = SECOND // 10

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from dashboard.options import DashboardOptions
-from shared.live import main
+from shared.runtime.live import main
 
 RECEIVING_THREAD = "(rx: (handover: net))"
 """Thread in which Zenoh receives, in its own notation: that which reads the network. By default

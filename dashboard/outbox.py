@@ -31,7 +31,7 @@ from shared.messages import (
     TaskState,
     grip,
 )
-from shared.service import SECOND, Publication
+from shared.runtime.service import SECOND, Publication
 from shared.topics import Topic
 
 ANSWER_TIMEOUT = 3 * SECOND

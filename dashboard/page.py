@@ -45,8 +45,8 @@ from shared.messages import (
     obstacle_motions,
     scene_obstacles,
 )
+from shared.runtime.service import SECOND, Inbox
 from shared.scenario import SIDES, Scenario
-from shared.service import SECOND, Inbox
 
 IDLE_PERIOD = SECOND
 """Time between two drawings while no browser is open [ns]."""

@@ -13,8 +13,8 @@ from dashboard.page import Page
 from dashboard.subscriptions import READS, latest_with_age, reads, silence, unheard
 from shared import topics
 from shared.arms.description import with_own_urdfs
+from shared.runtime.service import Inbox, Publication
 from shared.scenario import Scenario
-from shared.service import Inbox, Publication
 from shared.topics import Topic
 
 

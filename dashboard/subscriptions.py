@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from shared import topics
+from shared.runtime.service import SECOND, Inbox
 from shared.scenario import Scenario
-from shared.service import SECOND, Inbox
 from shared.topics import Topic
 
 SERVICES = (

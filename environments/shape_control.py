@@ -26,8 +26,8 @@ from services.sim.camera.rgbd_camera import Frame, RgbdCamera
 from services.sim.camera.sensor_noise import SensorNoise
 from services.sim.camera.true_camera import true_camera
 from services.sim.world import World
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario, load
-from shared.service import SECOND
 
 ID = "lariat/ShapeControl-v0"
 """Id of the environment."""

@@ -14,7 +14,7 @@ from lariat.geometry import polylines
 from shared import topics
 from shared.messages import chain
 from shared.recording import Recording
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 FILE = Path(__file__).parents[1] / "tests" / "replay" / "three-cylinders.mcap"
 """Recording to read; `lariat up` writes yours to the folder `recordings`."""

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from examples.methods.lagging_arm import LaggingArm
 from shared import topics
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import Delivery

@@ -18,9 +18,9 @@ import numpy as np
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from shared.arms.description import arm_description
+from shared.files.urdf import Urdf
 from shared.scenario import SIDES, Scenario, Side
 from shared.scenario.placement import base_of
-from shared.urdf import Urdf
 
 log = logging.getLogger(__name__)
 

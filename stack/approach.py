@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from shared import topics
 from shared.messages import ArmCommand, ArmStates, Consent
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from stack.client import POLL_PERIOD, Client, RequestFailed
 
 CONSENT_PERIOD = 20_000_000

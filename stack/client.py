@@ -17,8 +17,8 @@ from typing import Any, Literal
 from shared import bus as buses
 from shared import topics
 from shared.bus import DEFAULT_HUB, Bus, BusOptions, Publisher, Subscription
-from shared.clock import SystemClock
 from shared.messages import ArmCommand, ArmStates, TaskRequest, TaskState
+from shared.runtime.clock import SystemClock
 from stack.credentials.local_secret import find_local_secret
 
 JOIN_TIMEOUT = 1.5

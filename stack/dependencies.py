@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 
 from shared.configuration import ConfigurationError
-from shared.live import EXTRAS
+from shared.runtime.live import EXTRAS
 from shared.scenario import SIDES, Scenario
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from shared import topics
-from shared.clock import SystemClock
 from shared.messages import Goal, GoalDraft, GoalPreview, TaskState, grip
+from shared.runtime.clock import SystemClock
 from shared.scenario import Scenario, Shape
 from stack.client import Client, RequestFailed
 

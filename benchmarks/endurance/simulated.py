@@ -10,8 +10,8 @@ import numpy as np
 from benchmarks.endurance.samples import Sample, sample_of
 from shared import topics
 from shared.messages import FAILED, IDLE, REACHED, TaskRequest, TaskState
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario
-from shared.service import SECOND
 from stack import services
 from stack.simulation.closed_loop import POLL_PERIOD, make_ready, with_emulated_arms
 from stack.simulation.simulated_time import START, SimulatedStack, session_id

@@ -189,7 +189,7 @@ class CellProcesses:
     def start_router(self) -> None:
         """Start the router that all services connect to, and wait until it listens."""
         listen = f"tcp/127.0.0.1:{self.port}"
-        self._run("router", module_entry.command("shared.router", "--listen", listen))
+        self._run("router", module_entry.command("shared.bus.router", "--listen", listen))
 
         def listens() -> bool:
             with socket.socket() as probe:

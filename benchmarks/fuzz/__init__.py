@@ -20,8 +20,8 @@ from benchmarks.fuzz.launcher_target import LauncherTarget
 from benchmarks.fuzz.message_targets import ServiceTarget, Totals
 from benchmarks.fuzz.page_target import PageTarget
 from shared.configuration import ConfigurationError
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario, load
-from shared.service import SECOND
 from stack import services
 from stack.simulation.simulated_time import START, Delivery, SimulatedStack
 

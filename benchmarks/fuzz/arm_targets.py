@@ -17,8 +17,8 @@ from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway import service as gateway
 from services.robot_gateway.drivers.cr5.link import ByteStream, StreamState
+from shared.runtime.service import SECOND, Inbox
 from shared.scenario import load
-from shared.service import SECOND, Inbox
 from stack.simulation.emulated_arms import MemoryLink, emulated_links
 from stack.simulation.simulated_time import START
 

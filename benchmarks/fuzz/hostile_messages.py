@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
 
-from shared.message_check import RawMessage
+from shared.bus.message_check import RawMessage
 from shared.topics import TOPICS, Topic
 from shared.version import MESSAGE_VERSION
 

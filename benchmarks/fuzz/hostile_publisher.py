@@ -22,7 +22,7 @@ import zenoh
 
 from benchmarks.fuzz.hostile_messages import HostileMessages
 from benchmarks.fuzz.message_targets import PLACEHOLDERS
-from shared.message_check import MessageCheck, RawMessage
+from shared.bus.message_check import MessageCheck, RawMessage
 from shared.topics import TOPICS
 
 ENCODING = "application/protobuf;"

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from benchmarks.fuzz.hostile_messages import HostileMessages
 from benchmarks.fuzz.message_targets import PLACEHOLDERS, Totals, corpus_of
-from shared.message_check import MessageCheck
+from shared.bus.message_check import MessageCheck
+from shared.runtime.service import Received
 from shared.scenario import find
-from shared.service import Received
 from shared.topics import Topic
 from stack.cell_switch.campaign.campaigns import Campaigns
 from stack.cell_switch.cell_switch import CellSwitch

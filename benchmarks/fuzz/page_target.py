@@ -18,8 +18,8 @@ from benchmarks.fuzz.hostile_bytes import mutated
 from benchmarks.fuzz.message_targets import Totals
 from dashboard.options import DashboardOptions
 from dashboard.service import DashboardService, build
+from shared.runtime.service import SECOND, Inbox
 from shared.scenario import Scenario
-from shared.service import SECOND, Inbox
 from stack.simulation.simulated_time import START
 
 PROTOCOL = f"viser-v{viser.__version__}"

@@ -22,9 +22,9 @@ from shared.messages import (
     poses_known,
     scene_obstacles,
 )
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario
 from shared.scenario.sections import Limits
-from shared.service import SECOND
 from stack.simulation.simulated_time import Delivery
 
 CLEARANCE_PERIOD = SECOND // 30

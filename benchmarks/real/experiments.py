@@ -16,11 +16,11 @@ from jaxtyping import Float64
 from lariat.geometry.poses import Pose
 from shared import topics
 from shared.messages import arm_pose, chain, poses_known, stamp_of
+from shared.runtime.service import SECOND
 from shared.scenario import Rope, Scenario, load
 from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.scenario.rod_properties import rod_properties
 from shared.scenario.shipped import find
-from shared.service import SECOND
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.closed_loop import Score, Watch

@@ -22,7 +22,7 @@ SAMPLING_RATE = 200
 WAITING = ("/threading.py", "/selectors.py", "/concurrent/futures/thread.py")
 """Files whose functions wait for another thread or a socket where they are innermost; py-spy takes
 some of these threads for busy ones."""
-PACE = ("/shared/live.py", "_keep_pace")
+PACE = ("/shared/runtime/live.py", "_keep_pace")
 """File and function in which a process waits for its next step."""
 
 

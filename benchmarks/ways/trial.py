@@ -14,8 +14,8 @@ from benchmarks.ways.measured_services import MeasuredWorld, TimedPlanner
 from benchmarks.ways.scenes import Family, PlantModel, sample_scene
 from lariat.geometry import polylines, poses
 from services.sim.service import SimService
+from shared.runtime.service import Service
 from shared.scenario import Scenario
-from shared.service import Service
 from stack import services
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import session_id

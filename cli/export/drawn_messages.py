@@ -11,7 +11,7 @@ from typing import Any
 from services.recorder.view.cell_view import CellView
 from shared import topics
 from shared.recording import Recording
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 DRAWING_PERIOD = SECOND // 30
 """Time between two drawings [ns]."""

@@ -12,7 +12,7 @@ from google.protobuf.message import Message
 
 from shared import topics
 from shared.recording import Recording
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 MAX_VALUES = 2000
 """Most values of a repeated field that become columns; further ones are left out."""

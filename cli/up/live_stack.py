@@ -20,9 +20,9 @@ from services.recorder.options import RecorderOptions
 from shared import bus as buses
 from shared.bus import BusOptions
 from shared.configuration import ConfigurationError
+from shared.files.temporary_folder import TemporaryFolder
 from shared.scenario import Side, find, load
 from shared.scenario.plausibility import doubts
-from shared.temporary_folder import TemporaryFolder
 from stack import dependencies, services
 from stack.cell_switch.campaign.campaigns import Campaigns
 from stack.cell_switch.campaign.trial_process import TrialOptions

@@ -27,7 +27,7 @@ from cli.watch.protocol import (
     server_info,
 )
 from shared import topics
-from shared.message_check import RawMessage
+from shared.bus.message_check import RawMessage
 from shared.topics import Topic
 
 HOST = "127.0.0.1"

@@ -13,8 +13,8 @@ from dashboard.controls import status_text
 from dashboard.controls.status_text import StatusLine
 from dashboard.outbox import Notification, Outbox
 from shared.messages import ArmCommand, ArmStates
+from shared.runtime.service import SECOND
 from shared.scenario import SIDES, Side
-from shared.service import SECOND
 
 OPEN_LABEL, CLOSE_LABEL = "Open", "Close"
 """Labels of a gripper's buttons."""

@@ -10,7 +10,7 @@ from dashboard.controls import status_text
 from dashboard.controls.status_text import StatusLine
 from dashboard.outbox import Outbox
 from shared.messages import PAUSED, RUNNING, TaskRequest, TaskState
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 RUN_REQUESTS = {"Pause": TaskRequest.PAUSE, "Stop": TaskRequest.STOP}
 """Requests of the buttons below Start, by label."""

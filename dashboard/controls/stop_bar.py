@@ -18,7 +18,7 @@ from dashboard.door.cell_socket import HOLD_TIMEOUT, Approach, HoldAnswer
 from dashboard.outbox import Outbox
 from dashboard.subscriptions import STALE_AGE
 from shared.messages import ArmCommand, ArmStates
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 STATUS_PERIOD = SECOND // 5
 """Time between two statuses [ns]."""

@@ -20,7 +20,7 @@ import websockets.asyncio.server as websocket_server
 from viser.infra import _infra
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 
-from shared.temporary_folder import TemporaryFolder
+from shared.files.temporary_folder import TemporaryFolder
 
 _patch = threading.Lock()
 

@@ -29,8 +29,8 @@ from shared.messages import (
     goal_curve,
     grip_pose,
 )
+from shared.runtime.service import SECOND
 from shared.scenario import SIDES, Scenario, Side
-from shared.service import SECOND
 
 DRAFT_PERIOD = SECOND // 20
 """Least time between two drafts of a goal that is being dragged [ns]."""

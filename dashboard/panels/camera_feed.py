@@ -8,7 +8,7 @@ from dashboard.panels.camera_image import CameraImage
 from dashboard.subscriptions import latest_with_age
 from shared import topics
 from shared.messages import stamp_of
-from shared.service import Inbox
+from shared.runtime.service import Inbox
 
 MAX_SKEW = 1_000_000
 """Largest time between an image and the rope that is drawn into it [ns]: exposures of several

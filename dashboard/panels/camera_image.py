@@ -15,7 +15,7 @@ from jaxtyping import Float64, UInt8
 from dashboard.scene.certainty import certainty_colors
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.poses import Pose
-from shared.image_header import check_image
+from shared.files.image_header import check_image
 from shared.messages import NodeChain, chain
 
 UPDATE_PERIOD = 0.125

@@ -7,7 +7,7 @@ import viser
 from dashboard.panels import health_table, topic_ages
 from dashboard.subscriptions import HEALTHS, SERVICES, latest_with_age
 from shared import topics
-from shared.service import SECOND, Inbox
+from shared.runtime.service import SECOND, Inbox
 
 UPDATE_PERIOD = SECOND // 2
 """Time between two updates of the panel [ns]."""

@@ -22,9 +22,9 @@ from dashboard.panels.note import note_html
 from shared.history import History
 from shared.messages import Parameters, TaskRequest, TaskState
 from shared.messages.parameters import NamedParameter, named_parameters
+from shared.runtime.service import SECOND
 from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
-from shared.service import SECOND
 
 ADAPT = "adapt"
 """Setting of the controller that switches the adaptation."""

@@ -15,8 +15,8 @@ from dashboard.panels.cost_table import cost_html
 from dashboard.panels.note import note_html
 from shared.history import History
 from shared.messages import FAILED, PAUSED, REACHED, RUNNING, Plan, RunResult, TaskState
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario
-from shared.service import SECOND
 
 COST_PERIOD = 0.5
 """Time between two updates of the cost by term [s]."""

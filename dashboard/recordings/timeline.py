@@ -6,7 +6,7 @@ from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-from shared.service import Inbox, Mailbox, Received
+from shared.runtime.service import Inbox, Mailbox, Received
 from shared.topics import Topic
 
 

@@ -120,10 +120,10 @@ def _processes() -> str:
 
     parts = [
         "# Processes\n",
-        "Each process is a *step* from an inbox to publications (`shared/service.py`); its rate is",
-        "the number of steps in a second. Beside the [topics](topics.md) named here, every process",
-        "writes its own `health/NAME`, `trace/NAME` and `log/NAME`, and the recorder hears all",
-        "topics.\n",
+        "Each process is a *step* from an inbox to publications (`shared/runtime/service.py`); its",
+        "rate is the number of steps in a second. Beside the [topics](topics.md) named here, every",
+        "process writes its own `health/NAME`, `trace/NAME` and `log/NAME`, and the recorder hears",
+        "all topics.\n",
     ]
     for name in ALL:
         package = name if name == "dashboard" else f"services.{name}"

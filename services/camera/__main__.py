@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from services.camera.options import CameraOptions
-from shared.live import main
+from shared.runtime.live import main
 
 if __name__ == "__main__":
     main("services.camera", CameraOptions)

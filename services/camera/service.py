@@ -10,9 +10,9 @@ from services.camera.source import CameraSource
 from services.camera.stream import CameraStream
 from shared import topics
 from shared.configuration import ConfigurationError
+from shared.runtime.service import Inbox, Publication
 from shared.scenario import Scenario
 from shared.scenario.cameras import CameraSetup
-from shared.service import Inbox, Publication
 from shared.topics import Topic
 
 REALSENSE_SUFFIXES = (".bag", ".db3")

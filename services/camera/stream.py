@@ -8,7 +8,7 @@ from services.camera.clock_offset import ClockOffset
 from services.camera.source import CameraSource
 from shared import topics
 from shared.messages import timestamp
-from shared.service import SECOND, Publication
+from shared.runtime.service import SECOND, Publication
 
 CALIBRATION_PERIOD = SECOND
 """Time between two calibration messages [ns]."""

@@ -60,9 +60,9 @@ from shared.messages import (
 )
 from shared.motion_contract import SETPOINT_PERIOD
 from shared.other_ropes import other_rope_obstacles
+from shared.runtime.service import Inbox, Publication, Received
 from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
-from shared.service import Inbox, Publication, Received
 
 
 class ControllerService:

@@ -12,7 +12,7 @@ from services.controller.run.task import Task
 from services.controller.supervision.progress import ProgressMonitor
 from shared import topics
 from shared.messages import RunResult, TaskState
-from shared.service import SECOND, Publication
+from shared.runtime.service import SECOND, Publication
 
 ACTIVE_TASK_PERIOD = SECOND // 5
 """Time between publications of the task while the arms are controlled [ns]."""

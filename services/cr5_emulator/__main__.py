@@ -18,8 +18,8 @@ from services.cr5_emulator.motion_log import MotionLog
 from services.cr5_emulator.options import FAULTS, EmulatorOptions
 from services.cr5_emulator.priority import raised_priority
 from services.cr5_emulator.tcp_server import TcpServer, beat
-from shared.clock import SystemClock
-from shared.closed_pipe import ending_with_the_reader
+from shared.runtime.clock import SystemClock
+from shared.runtime.closed_pipe import ending_with_the_reader
 from shared.scenario import Scenario, Side, load
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from services.cr5_emulator.connection import Connection
 from services.cr5_emulator.emulator import Emulator
-from shared.clock import SystemClock
+from shared.runtime.clock import SystemClock
 
 STEP_PERIOD = 0.002
 """Wall time between two steps of the emulator [s]."""

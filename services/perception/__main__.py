@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from shared.live import main
+from shared.runtime.live import main
 
 if __name__ == "__main__":
     main("services.perception")

@@ -6,7 +6,7 @@ are found out; a difference within it is not.
 
 from __future__ import annotations
 
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 MAX_LEAD = SECOND // 20
 """Time by which an image may be newer than the arms' newest state [ns]: states come every 8 ms."""

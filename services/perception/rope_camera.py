@@ -21,7 +21,7 @@ from services.perception.rgbd.line_of_sight import Sight, line_of_sight
 from services.perception.tracking.rope_tracker import RopeTracker
 from shared import topics
 from shared.messages import stamp_of
-from shared.service import Inbox
+from shared.runtime.service import Inbox
 
 
 @dataclass(frozen=True)

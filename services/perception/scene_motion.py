@@ -9,8 +9,8 @@ from lariat.geometry.obstacles import Obstacle
 from lariat.trajectory import NANOSECONDS
 from shared import topics
 from shared.messages import SceneMotion, TaskState, motion_message
+from shared.runtime.service import SECOND, Publication
 from shared.scenario import Scenario
-from shared.service import SECOND, Publication
 
 MOVING_PERIOD = SECOND // 20
 """Time between two messages while an obstacle moves [ns]."""

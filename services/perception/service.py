@@ -35,11 +35,11 @@ from shared import topics
 from shared.extensions import extension
 from shared.messages import NodeChain, TaskState, arm_pose, chain, poses_known
 from shared.reset_counter import ResetCounter
+from shared.runtime.service import SECOND, Inbox, Publication
 from shared.scenario import Scenario
 from shared.scenario.cameras import CameraSetup
 from shared.scenario.rod_properties import rod_properties
 from shared.scenario.sections import PERCEPTION_METHODS
-from shared.service import SECOND, Inbox, Publication
 from shared.topics import Topic
 
 log = logging.getLogger(__name__)

@@ -34,9 +34,9 @@ from shared.messages import (
     scene_obstacles,
 )
 from shared.other_ropes import other_rope_obstacles
+from shared.runtime.service import SECOND, Inbox, Publication
 from shared.scenario import SIDES, Scenario
 from shared.scenario.sections import PATH_PLANNERS
-from shared.service import SECOND, Inbox, Publication
 
 if TYPE_CHECKING:
     from services.planner.arms.cell_arms import CellArms

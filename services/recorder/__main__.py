@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from services.recorder.options import RecorderOptions
-from shared.live import main
+from shared.runtime.live import main
 
 if __name__ == "__main__":
     main("services.recorder", RecorderOptions)

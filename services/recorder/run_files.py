@@ -27,8 +27,8 @@ from services.recorder.thinning import Thinning
 from shared.messages import FAILED, IDLE, REACHED, TaskState
 from shared.recording import Writer
 from shared.recording.writer import FLUSH_PERIOD
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario
-from shared.service import SECOND
 
 AFTER_RUN_TIME = 2 * SECOND
 """Time for which recording goes on after a run or the motion of an arm has ended [ns]."""

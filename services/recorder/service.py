@@ -16,8 +16,8 @@ from shared import topics
 from shared.arms.description import with_own_urdfs
 from shared.arms.rest import stands
 from shared.messages import ArmStates, RecordState, RunResult, TaskState
+from shared.runtime.service import SECOND, Inbox, Publication
 from shared.scenario import Scenario
-from shared.service import SECOND, Inbox, Publication
 from shared.topics import Topic
 
 log = logging.getLogger(__name__)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from services.recorder.pre_roll import QueuedMessage
 from shared import topics
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 IDLE_PERIOD = SECOND
 """Time between two recorded messages of a topic and publisher while the cell is idle [ns]."""

@@ -21,11 +21,11 @@ from services.robot_gateway.safety.shutdown import bring_to_rest
 from services.robot_gateway.safety.state_logger import StateLogger
 from services.robot_gateway.writer_control import WriterChunk
 from shared import topics
-from shared.clock import SystemClock
 from shared.constraints.motion_constraints import CellBoundaries
 from shared.messages import Scene, SceneMotion, Setpoints, obstacle_motions, scene_obstacles
+from shared.runtime.clock import SystemClock
+from shared.runtime.service import SECOND, Inbox, Publication, Received
 from shared.scenario import SIDES, Scenario, Side
-from shared.service import SECOND, Inbox, Publication, Received
 
 log = logging.getLogger(__name__)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from services.sim.options import SimOptions
-from shared.live import main
+from shared.runtime.live import main
 
 if __name__ == "__main__":
     main("services.sim", SimOptions)

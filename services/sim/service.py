@@ -31,8 +31,8 @@ from shared.messages import (
     scene_obstacles,
 )
 from shared.reset_counter import ResetCounter
+from shared.runtime.service import SECOND, Inbox, Publication
 from shared.scenario import Scenario
-from shared.service import SECOND, Inbox, Publication
 from shared.topics import Topic
 
 log = logging.getLogger(__name__)

@@ -13,11 +13,11 @@ sequence numbers, and counted. A message larger than its topic allows is dropped
 from __future__ import annotations
 
 from shared.bus.keys import key_expression
+from shared.bus.message_check import RawMessage
 from shared.bus.options import DEFAULT_HUB, BusError, BusOptions, Unreachable
 from shared.bus.publisher import Publisher
 from shared.bus.session import Bus, open
 from shared.bus.subscription import MAX_KEYS, RawSubscription, Subscription
-from shared.message_check import RawMessage
 
 __all__ = [
     "DEFAULT_HUB",

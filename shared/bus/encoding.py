@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zenoh
 
-from shared.message_check import RawMessage
+from shared.bus.message_check import RawMessage
 from shared.messages.checks.values import MAX_INTEGER
 
 PROTOBUF_ENCODING = "application/protobuf;"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import zenoh
 
 from shared.bus.encoding import PROTOBUF_ENCODING
-from shared.clock import Clock
 from shared.messages import Message
+from shared.runtime.clock import Clock
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION
 

@@ -12,7 +12,7 @@ from shared.bus.lingering import close_at_once
 from shared.bus.options import BusError, BusOptions, Unreachable
 from shared.bus.publisher import Publisher
 from shared.bus.subscription import RawSubscription, Subscription
-from shared.clock import Clock, SystemClock
+from shared.runtime.clock import Clock, SystemClock
 from shared.topics import Topic
 
 ALL_CAPACITY = 2048

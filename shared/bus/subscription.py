@@ -11,9 +11,9 @@ from zenoh.handlers import RingChannel
 
 from shared.bus.encoding import raw_message
 from shared.bus.keys import key_expression
-from shared.clock import Clock
-from shared.message_check import MAX_PUBLISHERS, MessageCheck, RawMessage
-from shared.service import Received
+from shared.bus.message_check import MAX_PUBLISHERS, MessageCheck, RawMessage
+from shared.runtime.clock import Clock
+from shared.runtime.service import Received
 from shared.topics import TOPICS, Topic, find
 
 CAPACITY = {"latest": 1, "joined": 4, "every": 512}

@@ -18,8 +18,8 @@ from shared import topics
 from shared.film.arm_bodies import arm_bodies
 from shared.messages import IDLE, chain, counted_nodes, obstacle_motions, scene_obstacles, stamp_of
 from shared.recording import Recording
+from shared.runtime.service import SECOND
 from shared.scenario import SIDES, Scenario, Side
-from shared.service import SECOND
 
 STEM_RADIUS = 0.008
 """Radius of what joins an arm to its gripper [m]."""

@@ -15,8 +15,8 @@ from zstandard import ZstdError
 
 from shared import topics
 from shared.aliases import current_topic_key
-from shared.bounded_file import path_inside
-from shared.file_kind import kind_of
+from shared.files.bounded_file import path_inside
+from shared.files.file_kind import kind_of
 from shared.messages.upgrade import upgrade
 from shared.recording.chunks import MAX_RECORD_SIZE, PlainReader, records_of
 from shared.recording.layout import METADATA_NAME, PROTOBUF, SCENARIO_ATTACHMENT

@@ -12,8 +12,8 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
-from shared.bounded_file import read_file
 from shared.cell_description import cell_urdf
+from shared.files.bounded_file import read_file
 from shared.recording.disk_sync import DiskSync
 from shared.recording.layout import (
     CHUNK_SIZE,

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from shared.aliases import with_current_keys
-from shared.bounded_file import read_file
 from shared.configuration import ConfigurationError, read
-from shared.file_kind import TEXT_KINDS, kind_of
+from shared.files.bounded_file import read_file
+from shared.files.file_kind import TEXT_KINDS, kind_of
 from shared.scenario.checks import check
 from shared.scenario.scenario import Scenario
 from shared.scenario.sections import SIDES, Event, Obstacle, Rope, Shape, Side

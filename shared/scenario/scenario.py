@@ -13,8 +13,8 @@ from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines, poses
 from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.geometry.poses import Pose
-from shared.bounded_file import path_inside, read_file
 from shared.configuration import Bounds, ConfigurationError
+from shared.files.bounded_file import path_inside, read_file
 from shared.scenario.cameras import CameraSetup, PlacedCamera, camera_setups
 from shared.scenario.distractors import Distractor
 from shared.scenario.sections import (

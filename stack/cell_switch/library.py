@@ -11,8 +11,8 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-from shared.bounded_file import path_inside
 from shared.configuration import ConfigurationError
+from shared.files.bounded_file import path_inside
 from shared.messages import ScenarioEntry
 from shared.scenario import SIDES, Scenario, Shape, load
 from shared.scenario.shipped import SHIPPED_FOLDER

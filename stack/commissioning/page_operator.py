@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 from shared import topics
 from shared.messages import ArmStates, CommissioningState, CommissioningStep
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario
-from shared.service import SECOND
 from stack.client import POLL_PERIOD, Client
 from stack.commissioning.checklist import STEPS
 from stack.commissioning.record import CommissioningRecord, fingerprint

@@ -7,8 +7,8 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from shared.bounded_file import read_file
 from shared.configuration import ConfigurationError
+from shared.files.bounded_file import read_file
 from shared.scenario import Scenario
 
 PASSED, FAILED, OPEN = "passed", "failed", "open"

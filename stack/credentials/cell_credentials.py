@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from shared.configuration import ConfigurationError
-from shared.file_kind import kind_of
+from shared.files.file_kind import kind_of
 from stack.credentials.access_control import ROUTER, USERS, access_control
 from stack.credentials.authority import Authority, Credential, days_left
 from stack.credentials.private_file import write_private

@@ -25,7 +25,7 @@ from pathlib import Path
 
 from stack.launcher import child_process, module_entry
 
-SHARED_MODULES = ("shared.live", "shared.extensions", "lariat.protocols", "lariat.rod")
+SHARED_MODULES = ("shared.runtime.live", "shared.extensions", "lariat.protocols", "lariat.rod")
 """Modules that most processes of the stack import; none of them starts a thread."""
 MAX_REQUEST_SIZE = 65536
 """Largest request [bytes]."""
@@ -71,7 +71,7 @@ def _read_options_once() -> None:
     """Let the parser of command lines keep what it finds out about the options of all services."""
     import tyro
 
-    from shared.live import LiveOptions
+    from shared.runtime.live import LiveOptions
 
     tyro.cli(LiveOptions, args=[])
 

@@ -19,7 +19,6 @@ from types import FrameType
 
 from shared import topics
 from shared.bus import Bus
-from shared.clock import SystemClock
 from shared.messages import (
     RUNNING,
     ArmStates,
@@ -28,6 +27,7 @@ from shared.messages import (
     TaskRequest,
     TaskState,
 )
+from shared.runtime.clock import SystemClock
 from stack.cell_switch.cell_switch import CellCondition, CellSwitch
 from stack.launcher.console import ProcessConsole
 from stack.launcher.fork_server import ForkServer

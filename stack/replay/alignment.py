@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from shared import topics
 from shared.recording import Entry
-from shared.service import SECOND, Publication, Service
+from shared.runtime.service import SECOND, Publication, Service
 from stack.replay.comparison import Difference
 from stack.replay.recorded_service import RECORDER_POLLING_TIME, RecordedService, Start, TracedStep
 

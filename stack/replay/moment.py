@@ -26,9 +26,9 @@ from shared.messages import (
     scene_obstacles,
 )
 from shared.recording import Recording
+from shared.runtime.service import SECOND
 from shared.scenario import SIDES, Scenario
 from shared.scenario.entries import inline, numbers, obstacle_entry
-from shared.service import SECOND
 from stack.scenario_overrides import with_settings
 
 STATES = (

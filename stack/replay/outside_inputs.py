@@ -23,8 +23,8 @@ from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import ArmStates, grip_pose
 from shared.recording import Entry, Recording
+from shared.runtime.service import Inbox, Publication, Service
 from shared.scenario import Scenario
-from shared.service import Inbox, Publication, Service
 from stack import services
 from stack.replay.recorded_service import RecordedService, TracedStep
 

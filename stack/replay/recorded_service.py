@@ -11,7 +11,7 @@ from typing import NamedTuple
 from shared import topics
 from shared.messages import Trace, TraceInput
 from shared.recording import Entry, Recording
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from stack.replay.comparison import Difference
 
 RECORDER_POLLING_TIME = SECOND // 10

@@ -18,7 +18,7 @@ import numpy as np
 from shared import topics
 from shared.messages import Trace
 from shared.recording import Entry
-from shared.service import Inbox, Received, Service
+from shared.runtime.service import Inbox, Received, Service
 from stack.replay.alignment import Alignment, Pair, aligned
 from stack.replay.comparison import Difference, field_differences, largest_differences
 from stack.replay.recorded_service import RecordedService, TracedStep

@@ -15,8 +15,8 @@ import numpy as np
 from shared import topics
 from shared.arms.description import with_own_urdfs
 from shared.messages import FAILED, REACHED, ArmCommand, ArmStates, TaskRequest, TaskState
+from shared.runtime.service import SECOND, Service
 from shared.scenario import SIDES, Scenario
-from shared.service import SECOND, Service
 from stack import services
 from stack.simulation.recorder_tap import RecorderTap
 from stack.simulation.scoring import Scorer

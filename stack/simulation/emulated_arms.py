@@ -6,8 +6,8 @@ from services.cr5_emulator.connection import Connection
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway.drivers.cr5.link import ByteStream, StreamState
+from shared.runtime.service import SECOND
 from shared.scenario import SIDES, Scenario, Side
-from shared.service import SECOND
 
 BOOT_TIME = SECOND
 """Time before the first step at which an emulated arm is switched on [ns]."""

@@ -9,7 +9,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from shared.messages import Plan, chain
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 MIN_NODE_SPEED = 0.02
 """Mean speed of the true nodes below which a prediction does not count [m/s]."""

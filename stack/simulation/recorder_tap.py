@@ -8,11 +8,11 @@ from pathlib import Path
 
 from services.recorder.view.cell_view import CellView
 from shared import topics
-from shared.logs import log_message
 from shared.messages import Message
 from shared.recording import Writer
+from shared.runtime.logs import log_message
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario
-from shared.service import SECOND
 from shared.topics import Topic
 from stack.simulation.simulated_time import Delivery, SimulatedStack
 

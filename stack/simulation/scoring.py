@@ -29,8 +29,8 @@ from shared.messages import (
     scene_obstacles,
 )
 from shared.messages.parameters import named_parameters
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario
-from shared.service import SECOND
 from stack.simulation.horizon_error import HorizonError
 from stack.simulation.sensing_error import SensingError
 from stack.simulation.simulated_time import Delivery

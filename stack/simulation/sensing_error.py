@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import polylines
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from stack.simulation.horizon_error import MIN_NODE_SPEED
 
 _Moment = tuple[int, Float64[np.ndarray, "m 3"]]

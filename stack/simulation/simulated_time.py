@@ -17,7 +17,7 @@ from typing import Any
 
 from shared import topics
 from shared.messages import Message, Trace
-from shared.service import SECOND, Inbox, Mailbox, Received, Service
+from shared.runtime.service import SECOND, Inbox, Mailbox, Received, Service
 from shared.topics import Topic
 
 START = SECOND

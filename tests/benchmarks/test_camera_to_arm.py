@@ -8,8 +8,8 @@ from benchmarks.camera_to_arm import COLOR, DEPTH, STAGES, Latency, latencies
 from shared import topics
 from shared.messages import ArmStates, NodeChain, Setpoints, timestamp
 from shared.recording import Recording, Writer
+from shared.runtime.service import SECOND
 from shared.scenario import load
-from shared.service import SECOND
 
 SCENARIO = load(Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml")
 MS = SECOND // 1000

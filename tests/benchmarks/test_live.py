@@ -11,8 +11,8 @@ from benchmarks import live
 from shared import topics
 from shared.messages import ArmStates, Health
 from shared.recording import Recording, Writer
+from shared.runtime.service import SECOND
 from shared.scenario import load
-from shared.service import SECOND
 
 SCENARIO = load(Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml")
 

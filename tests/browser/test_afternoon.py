@@ -28,8 +28,8 @@ from shared.messages import (
     chain,
     obstacle_message,
 )
+from shared.runtime.service import SECOND
 from shared.scenario.rod_properties import rod_properties
-from shared.service import SECOND
 from tests.browser.cell import SCENARIO, Cell, opened_cell
 from tests.browser.chromium import NO_CHROMIUM, choose, comes, field
 

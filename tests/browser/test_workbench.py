@@ -26,7 +26,7 @@ from shared.messages import (
     TaskRequest,
     chain,
 )
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from tests.browser.cell import SCENARIO, Cell
 from tests.browser.chromium import (
     NO_CHROMIUM,

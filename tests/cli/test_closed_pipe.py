@@ -15,7 +15,7 @@ import pytest
         ("cli", "bench", "--help"),
         ("services.planner", "--help"),
         ("services.cr5_emulator", "--list-faults"),
-        ("shared.router", "--help"),
+        ("shared.bus.router", "--help"),
     ],
 )
 def test_a_command_ends_without_a_traceback_when_its_reader_has_ended(

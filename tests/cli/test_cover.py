@@ -17,7 +17,7 @@ from lariat.geometry.obstacles import scene_distance
 from shared.scenario import load
 from tests.lariat.geometry.depth_scene import depths, image_of
 from tests.lariat.geometry.meshes import prism_mesh
-from tests.shared.test_image_header import png_header
+from tests.shared.files.test_image_header import png_header
 
 ANGLE = [(0.0, 0.0), (60.0, 0.0), (60.0, 10.0), (10.0, 10.0), (10.0, 50.0), (0.0, 50.0)]
 """Outline of an angle bracket [mm]."""

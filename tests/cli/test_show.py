@@ -8,8 +8,8 @@ from cli import show
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.recording import Writer
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario, load
-from shared.service import SECOND
 from shared.topics import Topic
 from tests.dashboard.stage import Stage
 

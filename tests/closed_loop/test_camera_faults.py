@@ -15,8 +15,8 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from services.sim.service import SimService
 from shared import topics
 from shared.messages import NodeChain, Setpoints, stamp_of
+from shared.runtime.service import SECOND, Inbox, Publication
 from shared.scenario.cameras import DEFAULT_CAMERA
-from shared.service import SECOND, Inbox, Publication
 from stack import services
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop

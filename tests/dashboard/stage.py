@@ -33,10 +33,10 @@ from shared.messages import (
     grip,
     obstacle_message,
 )
+from shared.runtime.service import SECOND, Mailbox, Publication, Received, Service
 from shared.scenario import SIDES, Scenario, Side
 from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.scenario.rod_properties import rod_properties
-from shared.service import SECOND, Mailbox, Publication, Received, Service
 from shared.topics import Topic
 
 

@@ -5,7 +5,7 @@ from lariat.geometry.poses import IDENTITY, Pose
 from shared import topics
 from shared.messages import ArmCommand, ArmStates, Obstacle, Scene, SceneRequest, TaskRequest
 from shared.messages import TaskState as Task
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 NOW = 50 * SECOND
 

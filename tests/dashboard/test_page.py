@@ -9,8 +9,8 @@ from dashboard.scene.scene_view import SceneView
 from dashboard.subscriptions import READS
 from shared import topics
 from shared.messages import NodeChain
+from shared.runtime.service import SECOND, Mailbox, Received
 from shared.scenario import load
-from shared.service import SECOND, Mailbox, Received
 
 
 @pytest.mark.parametrize(("live", "drawn"), [(True, [0, 2, 4, 5]), (False, [0, 1, 2, 3, 4, 5])])

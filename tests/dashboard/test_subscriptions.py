@@ -3,7 +3,7 @@ from __future__ import annotations
 from dashboard.subscriptions import silence
 from shared import topics
 from shared.messages import ArmStates, NodeChain, TaskState
-from shared.service import SECOND, Inbox, Received
+from shared.runtime.service import SECOND, Inbox, Received
 
 
 def inbox(**received: int) -> Inbox:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 
 from cli.watch.server import LiveServer
-from shared.message_check import RawMessage
+from shared.bus.message_check import RawMessage
 from shared.messages import NodeChain
 from tests.javascript import needs_libraries, run
 

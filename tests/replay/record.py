@@ -27,8 +27,8 @@ from services.recorder.service import build as build_recorder
 from shared import topics
 from shared.messages import ArmCommand, Obstacle, SceneRequest, TaskRequest
 from shared.recording import Writer
+from shared.runtime.service import SECOND, Inbox, Publication
 from shared.scenario import Scenario
-from shared.service import SECOND, Inbox, Publication
 from stack import services
 from stack.replay.outside_inputs import CAMERA_RECORDING, free_port
 from stack.scenario_overrides import load_with

@@ -23,8 +23,8 @@ from shared.messages import (
     chain,
     grip,
 )
+from shared.runtime.service import SECOND, Inbox, Publication
 from shared.scenario import SIDES, Scenario, parse
-from shared.service import SECOND, Inbox, Publication
 
 TEXT = """
 name = "small"

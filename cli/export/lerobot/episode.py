@@ -14,8 +14,8 @@ from lariat.geometry.poses import Pose
 from shared import topics
 from shared.messages import RUNNING, ArmSetpoints, ArmStates, Setpoints
 from shared.recording import Recording
+from shared.runtime.service import SECOND
 from shared.scenario.cameras import DEFAULT_CAMERA
-from shared.service import SECOND
 
 FRAME_RATE = 20
 """Rate of the frames [Hz]."""

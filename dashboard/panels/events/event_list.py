@@ -15,7 +15,7 @@ from dashboard import palette
 from dashboard.panels.events.advice import advice
 from shared.messages import FAILED, IDLE, PAUSED, REACHED, RUNNING, ArmStates, TaskState
 from shared.messages import from_timestamp as nanoseconds
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 MAX_EVENTS = 500
 """Largest number of events that are kept [-]."""

@@ -8,7 +8,7 @@ from dashboard.action_queue import ActionQueue
 from dashboard.panels.events.event_list import LEVELS, EventList, Level, list_html
 from dashboard.subscriptions import LOGS
 from shared import topics
-from shared.service import SECOND, Inbox
+from shared.runtime.service import SECOND, Inbox
 
 UPDATE_PERIOD = SECOND // 2
 """Time between two drawings [ns]."""

@@ -18,8 +18,8 @@ from dashboard.outbox import Outbox
 from dashboard.panels.camera_image import decode
 from dashboard.scene.tube_view import TubeView
 from shared.messages import RunListRequest, RunMotion, RunPicture, chain
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario
-from shared.service import SECOND
 
 PICTURE_PERIOD = SECOND // 4
 """Least time between two requests for pictures [ns]."""

@@ -25,8 +25,8 @@ from shared.messages import (
     RunSummary,
     RunVideo,
 )
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario
-from shared.service import SECOND
 
 NO_RUN = "(none)"
 """Option of the selection that stands for no run."""

@@ -21,7 +21,7 @@ from services.controller.estimation.prediction_monitor import PredictionMonitor
 from services.controller.estimation.rope_observation import RopeObservation
 from services.controller.estimation.state_estimator import StateEstimator
 from shared.reset_counter import ResetCounter
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 log = logging.getLogger(__name__)
 

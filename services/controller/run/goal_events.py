@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from services.controller.run.reasons import ReasonCode
 from services.controller.run.state_machine import RunEvent, RunState
 from services.controller.run.task import Goal, Task
+from shared.runtime.service import SECOND
 from shared.scenario import Shape
 from shared.scenario.sections import Event
-from shared.service import SECOND
 
 
 class GoalEvents:

@@ -8,7 +8,7 @@ from services.controller.run.reasons import Reason, ReasonCode
 from services.controller.run.state_machine import RunEvent
 from services.controller.run.task import Task
 from services.controller.supervision.replanning import MAX_REPLANS, Cause, Replanning
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 MAX_BLIND_TIME = 9 * SECOND // 20
 """Time without an observation of the rope after which the arms hold [ns].

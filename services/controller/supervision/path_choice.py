@@ -15,7 +15,7 @@ from services.controller.run.reasons import Reason, ReasonCode
 from services.controller.run.state_machine import RunEvent
 from services.controller.run.task import Task
 from services.controller.supervision.replanning import Cause, Replanning
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 MAX_PATH_START_ERROR = 0.003
 """Distance between the start of a path and the grips above which it is not followed [m]."""

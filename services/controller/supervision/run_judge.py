@@ -9,7 +9,7 @@ from services.controller.run.task import Task
 from services.controller.supervision.path_choice import PathChoice
 from services.controller.supervision.progress import ProgressMonitor
 from services.controller.supervision.replanning import MAX_REPLANS, Cause, Replanning
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 STALL_TIME = 5 * SECOND
 """Time at the end of a path without settling after which control has stalled [ns]."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from services.perception.beside.other_ropes import FollowedRope, OtherRopes, SeenLine
 from services.perception.rgbd.line_of_sight import Look
 from shared import messages, topics
-from shared.service import SECOND, Publication
+from shared.runtime.service import SECOND, Publication
 
 HALF_DOUBT_LENGTH, DOUBT_POWER = 0.024, 2.2
 """Length at which a line lies beside all ropes in one of two cases [m], and power of the length by

@@ -12,7 +12,7 @@ from jaxtyping import UInt8, UInt16
 from lariat.geometry.cameras import Intrinsics
 from services.perception.rgbd.decoding import Picture, decode_color, decode_frame
 from services.perception.rgbd.lens_distortion import Undistortion
-from shared.image_header import check_image
+from shared.files.image_header import check_image
 
 Images = tuple[Picture, UInt16[np.ndarray, "h w"]]
 """Red, green, blue or the brightness, and depth [mm], 0 where nothing was measured."""

@@ -15,7 +15,7 @@ from pathlib import Path
 from google.protobuf.json_format import MessageToJson, Parse, ParseError
 
 from services.recorder.private_folder import make_folder
-from shared.bounded_file import read_file
+from shared.files.bounded_file import read_file
 from shared.messages import Goal, SavedGoal
 from shared.messages.checks.task import check_goal
 from shared.scenario.goal_table import goal_table

@@ -8,8 +8,8 @@ from pathlib import Path
 from services.recorder.goals.goal_folder import GoalFolder, GoalRefused
 from shared import topics
 from shared.messages import GoalList, GoalListRequest
+from shared.runtime.service import SECOND, Publication
 from shared.scenario import Scenario
-from shared.service import SECOND, Publication
 
 
 class Goals:

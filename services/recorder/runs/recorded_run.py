@@ -11,7 +11,7 @@ import numpy as np
 
 from services.recorder.runs.run_folder import RunRefused
 from shared import topics
-from shared.bounded_file import path_inside
+from shared.files.bounded_file import path_inside
 from shared.messages import (
     FAILED,
     IDLE,
@@ -29,7 +29,7 @@ from shared.messages import (
 )
 from shared.messages.validation import MAX_TEXT_LENGTH
 from shared.recording import Recording
-from shared.service import SECOND, Publication
+from shared.runtime.service import SECOND, Publication
 
 log = logging.getLogger(__name__)
 

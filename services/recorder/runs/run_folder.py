@@ -10,9 +10,9 @@ from pathlib import Path
 from google.protobuf.json_format import MessageToJson, Parse, ParseError
 
 from services.recorder.private_folder import make_folder
-from shared.bounded_file import path_inside, read_file
+from shared.files.bounded_file import path_inside, read_file
 from shared.messages import RunFile, RunSummary
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 log = logging.getLogger(__name__)
 

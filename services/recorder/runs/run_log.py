@@ -17,8 +17,8 @@ from shared.messages import (
     RunSummary,
     TaskState,
 )
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario
-from shared.service import SECOND
 from shared.version import version
 
 MAX_ROWS = 600

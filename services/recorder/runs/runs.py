@@ -12,8 +12,8 @@ from services.recorder.runs.run_log import RunLog
 from services.recorder.runs.video_process import VideoProcess
 from shared import topics
 from shared.messages import RunFile, RunList, RunListRequest, RunResult, TaskState
+from shared.runtime.service import SECOND, Publication
 from shared.scenario import Scenario
-from shared.service import SECOND, Publication
 
 log = logging.getLogger(__name__)
 

@@ -13,9 +13,9 @@ from typing import IO
 
 from services.recorder.runs.run_folder import RunRefused
 from shared import topics
+from shared.files.temporary_folder import TemporaryFolder
 from shared.messages import RunSummary, RunVideo
-from shared.service import SECOND, Publication
-from shared.temporary_folder import TemporaryFolder
+from shared.runtime.service import SECOND, Publication
 
 ROOT = Path(__file__).parents[3]
 """Folder of the clone, whose modules come before others of their names."""

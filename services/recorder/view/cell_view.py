@@ -42,8 +42,8 @@ from shared.cell_description import (
     frame_name,
 )
 from shared.messages import Scene, SceneMotion, obstacle_motions, scene_obstacles, timestamp
+from shared.runtime.service import SECOND, Publication
 from shared.scenario import SIDES, Scenario
-from shared.service import SECOND, Publication
 from shared.topics import Topic
 
 REFRESH_PERIOD = SECOND

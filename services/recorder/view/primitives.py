@@ -19,7 +19,7 @@ from lariat.geometry.poses import Pose
 from services.recorder.view import colors
 from services.recorder.view.curves import Curves
 from services.recorder.view.mesh_hulls import MeshHull
-from shared.urdf import Body
+from shared.files.urdf import Body
 
 HALF_SPACE_SIDE = 2.0
 """Side of the square drawn for a half space [m]."""

@@ -6,7 +6,7 @@ import time
 
 from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.cell import Cell
-from shared.clock import Clock
+from shared.runtime.clock import Clock
 
 BRAKING_TIMEOUT = 1.2
 """Longest time to brake and to disable [s]; the launcher kills a service that takes longer."""

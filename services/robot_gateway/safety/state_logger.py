@@ -6,7 +6,7 @@ import logging
 import re
 
 from shared.messages import ArmState, ArmStates
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 log = logging.getLogger(__name__)
 

@@ -14,9 +14,9 @@ from services.sim.camera.rgbd_camera import RGB, RgbdCamera, Tube
 from services.sim.camera.sensor_noise import SensorNoise
 from services.sim.camera.true_camera import true_camera
 from shared import topics
+from shared.runtime.service import SECOND, Publication
 from shared.scenario import Scenario
 from shared.scenario.cameras import CameraSetup
-from shared.service import SECOND, Publication
 
 CALIBRATION_PERIOD = SECOND
 """Time between two calibration messages [ns]."""

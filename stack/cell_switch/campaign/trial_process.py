@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from shared.bounded_file import read_file
+from shared.files.bounded_file import read_file
 from shared.messages import CampaignTrial
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 from stack.launcher.process import child_command

@@ -16,8 +16,8 @@ from benchmarks.fuzz.launcher_target import LauncherTarget
 from benchmarks.fuzz.message_targets import ServiceTarget, Totals
 from cli.__main__ import main
 from shared.cr5.packet import PacketReader
+from shared.runtime.service import Inbox
 from shared.scenario import load
-from shared.service import Inbox
 
 FILES = ("scenario", "nodes", "recording", "png", "jpeg")
 

@@ -22,8 +22,8 @@ from shared import topics
 from shared.constraints.collision import EXACT_SLACK
 from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
 from shared.messages import ArmStates
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario, load
-from shared.service import SECOND
 
 BASE = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
 KINDS: list[Kind] = ["hard", "boxes", "moving", "new-goal", "rotating"]

@@ -67,15 +67,15 @@ def test_samples_outside_of_a_function_are_left_out() -> None:
         {"name": "Condition.wait", "file": "/usr/lib/python3.11/threading.py"},
         {"name": "EpollSelector.select", "file": "/usr/lib/python3.11/selectors.py"},
         {"name": "_worker", "file": "/usr/lib/python3.11/concurrent/futures/thread.py"},
-        {"name": "_keep_pace", "file": "/lariat/shared/live.py"},
+        {"name": "_keep_pace", "file": "/lariat/shared/runtime/live.py"},
     ],
 )
 def test_threads_that_wait_count_for_nothing(tmp_path: Path, innermost: dict[str, str]) -> None:
-    frames = [{"name": "run", "file": "/lariat/shared/live.py"}, innermost]
+    frames = [{"name": "run", "file": "/lariat/shared/runtime/live.py"}, innermost]
     profile = {"samples": [[0, 1], [0], []], "weights": [0.005, 0.01, 0.02]}
     file = tmp_path / "profile.json"
     file.write_text(json.dumps({"shared": {"frames": frames}, "profiles": [profile]}))
-    assert read(file) == [Sample((Frame("/lariat/shared/live.py", "run"),), 0.01)]
+    assert read(file) == [Sample((Frame("/lariat/shared/runtime/live.py", "run"),), 0.01)]
 
 
 def test_a_profile_is_read_without_the_classes_of_methods(tmp_path: Path) -> None:

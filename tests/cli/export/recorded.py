@@ -10,8 +10,8 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from shared import topics
 from shared.messages import ArmSetpoints, Setpoints, timestamp
 from shared.recording import Writer
+from shared.runtime.service import SECOND
 from shared.scenario.cameras import DEFAULT_CAMERA
-from shared.service import SECOND
 from tests.services.recorder.view import cell
 
 STEP = SECOND // 10

@@ -15,7 +15,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.typing import Subprotocol
 
 from cli.watch.server import MAX_QUEUE, LiveServer
-from shared.message_check import RawMessage
+from shared.bus.message_check import RawMessage
 from shared.messages import NodeChain
 
 TOKEN = "a token of this test"

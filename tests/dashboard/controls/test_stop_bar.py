@@ -9,7 +9,7 @@ from dashboard.door.cell_socket import Approach
 from dashboard.outbox import Outbox
 from shared import topics
 from shared.messages import ArmCommand, ArmStates, Consent
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 START = 1_000 * SECOND
 STEP = SECOND // 30

@@ -13,8 +13,8 @@ from dashboard.panels.chart import MARK_WIDTH
 from dashboard.panels.parameter_panel import ParameterPanel, table_html, true_values
 from shared.messages import Estimate, Parameters, RodParameters, TaskState
 from shared.messages.parameters import named_parameters
+from shared.runtime.service import SECOND
 from shared.scenario import load
-from shared.service import SECOND
 
 SCENARIO = load("scenarios/rope.toml")
 

@@ -8,8 +8,8 @@ import pytest
 from dashboard.door.private_viser import PrivateViser
 from dashboard.panels.run_plots import RunPlots, over_earlier_runs, result_text
 from shared.messages import REACHED, RUNNING, RunResult, TaskState
+from shared.runtime.service import SECOND
 from shared.scenario import load
-from shared.service import SECOND
 
 
 @pytest.mark.parametrize(

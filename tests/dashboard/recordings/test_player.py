@@ -15,7 +15,7 @@ from dashboard.subscriptions import READS
 from shared import topics
 from shared.messages import RUNNING, NodeChain, TaskState
 from shared.scenario import load
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 SCENARIO = load("scenarios/three-cylinders.toml")
 NODES = np.linspace([0.0, 0.0, 0.3], [0.4, 0.0, 0.3], 40)

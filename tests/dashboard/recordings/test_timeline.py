@@ -5,7 +5,7 @@ import pytest
 from dashboard.recordings.timeline import RecordedMessage, Timeline, thin_topic
 from shared import topics
 from shared.messages import ArmStates, RunResult, TaskState
-from shared.service import Inbox
+from shared.runtime.service import Inbox
 
 READS = (topics.TASK_STATE, topics.ARM_STATE)
 

@@ -14,8 +14,8 @@ import zenoh
 from services.perception.service import PerceptionService
 from shared import topics
 from shared.messages import chain
+from shared.runtime.service import SECOND, Mailbox
 from shared.scenario.cameras import DEFAULT_CAMERA
-from shared.service import SECOND, Mailbox
 from tests.services.perception.cell import Cell as Lab
 from tests.services.perception.cell import scenario
 from tests.shared.cell import Cell, until

@@ -14,9 +14,9 @@ from services.perception.service import PerceptionService
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import chain, stamp_of
+from shared.runtime.service import SECOND, Mailbox, Received
 from shared.scenario import find, parse
 from shared.scenario.cameras import DEFAULT_CAMERA
-from shared.service import SECOND, Mailbox, Received
 from stack.simulation.recorder_tap import RecorderTap
 from tests.services.perception.cell import Cell, scenario
 

@@ -21,8 +21,8 @@ from services.sim.camera.rgbd_camera import Frame, RgbdCamera
 from services.sim.camera.sensor_noise import NOISELESS
 from shared.configuration import ConfigurationError
 from shared.messages import stamp_of
+from shared.runtime.service import Inbox, Publication
 from shared.scenario.cameras import DEFAULT_CAMERA
-from shared.service import Inbox, Publication
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips
 
 rs = pytest.importorskip(

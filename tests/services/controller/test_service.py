@@ -13,8 +13,8 @@ from services.controller.run.state_machine import RunEvent, RunState
 from services.controller.service import ControllerService, build
 from shared import messages, topics
 from shared.messages import ArmState, ArmStates, GoalDraft, TaskRequest, TaskState, chain
+from shared.runtime.service import SECOND, Inbox, Publication, Received
 from shared.scenario import load
-from shared.service import SECOND, Inbox, Publication, Received
 
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
 LEVEL = [0.5, 0.5, 0.5, 0.5]

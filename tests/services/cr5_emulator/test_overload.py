@@ -8,7 +8,7 @@ import time
 from types import SimpleNamespace
 
 from services.cr5_emulator.tcp_server import LONGEST_ADVANCE, TcpServer
-from shared.clock import SystemClock
+from shared.runtime.clock import SystemClock
 
 
 class SlowEmulator:

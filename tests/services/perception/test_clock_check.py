@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from services.perception.clock_check import FRESH_AGE, MAX_LAG, MAX_LEAD, ClockCheck
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 GATEWAY, HERE = 7_000 * SECOND, 3 * SECOND
 """Present times of the gateway, and of this process: its own clock does not matter."""

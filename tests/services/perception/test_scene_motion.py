@@ -9,8 +9,8 @@ import pytest
 from services.perception.scene import ObstacleScene, SceneChangeRefused
 from services.perception.scene_motion import MOVING_PERIOD, SceneMotionPublisher
 from shared.messages import SceneMotion, TaskState
+from shared.runtime.service import SECOND
 from shared.scenario import load
-from shared.service import SECOND
 
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "crossing.toml")
 

@@ -12,9 +12,9 @@ from services.perception.service import PerceptionService
 from services.sim.service import SimService
 from shared import topics
 from shared.messages import NodeChain, chain
+from shared.runtime.service import Inbox, Publication
 from shared.scenario import Scenario
 from shared.scenario.scenario import PLANT_EDGES
-from shared.service import Inbox, Publication
 from stack.simulation.simulated_time import START, SimulatedStack
 from tests.services.perception.cell import ScriptedArms, scenario
 

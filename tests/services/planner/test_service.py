@@ -21,8 +21,8 @@ from shared.messages import (
     Setpoints,
     TaskState,
 )
+from shared.runtime.service import SECOND, Inbox, Received
 from shared.scenario import Scenario, load
-from shared.service import SECOND, Inbox, Received
 
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "over-a-bar.toml")
 

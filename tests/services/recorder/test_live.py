@@ -11,10 +11,10 @@ from pathlib import Path
 
 from shared import bus, topics
 from shared.bus import BusOptions
-from shared.clock import SystemClock
 from shared.messages import IDLE, RUNNING, NodeChain, TaskState
 from shared.recording import Recording
-from shared.service import SECOND
+from shared.runtime.clock import SystemClock
+from shared.runtime.service import SECOND
 from tests.services.recorder.test_service import TEXT
 
 

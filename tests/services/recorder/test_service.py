@@ -30,8 +30,8 @@ from shared.messages import (
     TaskState,
 )
 from shared.recording import Recording
+from shared.runtime.service import SECOND, Inbox
 from shared.scenario import parse
-from shared.service import SECOND, Inbox
 
 TEXT = """
 name = "three posts"

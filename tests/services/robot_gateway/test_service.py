@@ -19,8 +19,8 @@ from shared.messages import (
     SceneMotion,
     Setpoints,
 )
+from shared.runtime.service import SECOND, Inbox, Received
 from shared.scenario import SIDES, load
-from shared.service import SECOND, Inbox, Received
 from shared.topics import Topic
 
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")

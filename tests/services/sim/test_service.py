@@ -13,8 +13,8 @@ from services.sim.service import SimService
 from services.sim.world import World
 from shared import topics
 from shared.messages import chain, stamp_of
+from shared.runtime.service import SECOND, Inbox, Received
 from shared.scenario.cameras import DEFAULT_CAMERA
-from shared.service import SECOND, Inbox, Received
 from tests.services.perception.cell import Cell, ScriptedArms, scenario
 
 COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from shared.live import main
+from shared.runtime.live import main
 from tests.shared.beacon.options import BeaconOptions
 
 if __name__ == "__main__":

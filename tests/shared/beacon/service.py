@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import TaskState
+from shared.runtime.service import Inbox, Publication
 from shared.scenario import Scenario
-from shared.service import Inbox, Publication
 from tests.shared.beacon.options import BeaconOptions
 
 

@@ -24,8 +24,8 @@ from shared.messages import (
     TaskState,
     grip,
 )
+from shared.runtime.service import SECOND
 from shared.scenario import Scenario, Shape
-from shared.service import SECOND
 from shared.topics import Topic
 from shared.version import version
 from stack import services

@@ -14,7 +14,7 @@ if __name__ == "__main__":
     facts = {
         "argv": sys.argv[1:],
         "main": sys.modules["__main__"].__file__,
-        "imported": "shared.live" in sys.modules,
+        "imported": "shared.runtime.live" in sys.modules,
         "parent": os.getppid(),
         "session": os.getsid(0),
         "threads": len(os.listdir("/proc/self/task")),

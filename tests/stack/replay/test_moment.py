@@ -11,7 +11,7 @@ from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import chain
 from shared.recording import Recording
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from stack.replay.moment import scenario_at
 from stack.simulation import closed_loop
 

@@ -6,7 +6,7 @@ import logging
 from pathlib import Path
 
 from shared.recording import Recording
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from stack.simulation import closed_loop
 from tests.stack import small_cell
 

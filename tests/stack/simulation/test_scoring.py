@@ -11,10 +11,10 @@ from jaxtyping import Float64
 
 from shared import topics
 from shared.messages import RUNNING, Goal, NodeChain, TaskState
+from shared.runtime.service import SECOND
 from shared.scenario import load
 from shared.scenario.distractors import Distractor
 from shared.scenario.sections import Obstacle
-from shared.service import SECOND
 from stack.simulation.scoring import Scorer
 from stack.simulation.simulated_time import Delivery
 

@@ -6,7 +6,7 @@ import pytest
 
 from shared import topics
 from shared.messages import NodeChain, Plan, TaskState, Trace
-from shared.service import SECOND, Inbox, Publication
+from shared.runtime.service import SECOND, Inbox, Publication
 from stack.simulation.simulated_time import START, Delivery, SimulatedStack
 
 

@@ -39,7 +39,7 @@ from services.robot_gateway.drivers.cr5.power_sequences import (
 from services.robot_gateway.drivers.cr5.replies import Reply, ReplyReader, integers
 from shared.cr5.alarms import FOLLOWING_MODES, MODE_TEXTS, alarm_text
 from shared.cr5.packet import PacketReader, is_plausible
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 REPLY_TIMEOUT = 2.0
 """Time limit of a reply, after which the connection is opened anew [s]."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 
 from services.robot_gateway.drivers.cr5.replies import Reply
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 
 @dataclass(frozen=True)

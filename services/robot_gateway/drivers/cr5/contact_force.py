@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.trajectory import NANOSECONDS
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 OFFSET_TIME = 0.4
 """Time over which the offset is averaged [s]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 RATE_WINDOW = SECOND
 """Time over which rate and gaps are measured [ns]."""

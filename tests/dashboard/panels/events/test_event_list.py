@@ -9,7 +9,7 @@ from dashboard.panels.events.advice import ACKNOWLEDGE, ADVICE, APPROACH, advice
 from dashboard.panels.events.event_list import EventList, Level, list_html
 from shared.constraints.rule import Rule
 from shared.messages import FAILED, IDLE, RUNNING, ArmStates, TaskState, timestamp
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 
 def log(text: str, level: int = Log.Level.INFO, name: str = "sim", second: int = 1) -> Log:

@@ -15,8 +15,8 @@ from dashboard.outbox import Outbox
 from dashboard.panels.runs.opened_run import OpenedRun, marks_html
 from shared import topics
 from shared.messages import RunListRequest, RunMark, RunMotion, RunPicture
+from shared.runtime.service import SECOND
 from shared.scenario import load
-from shared.service import SECOND
 
 TIMES = [0.0, 0.5, 1.0]
 SHAPES = np.arange(3.0)[:, None, None] + np.linspace(0.0, 0.1, 4)[None, :, None] * np.ones(3)

@@ -4,7 +4,7 @@ import math
 
 from dashboard.panels.runs.run_table import csv_text, detail_html, label, matching, table_html
 from shared.messages import RunSummary
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 RUN = RunSummary(
     id="a",

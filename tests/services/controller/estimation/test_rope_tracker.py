@@ -13,7 +13,7 @@ from services.controller.estimation.material_filter import MaterialFilter
 from services.controller.estimation.rope_observation import RopeObservation
 from services.controller.estimation.rope_tracker import MAX_DOUBT, MAX_GAP, RopeTracker
 from services.controller.estimation.state_estimator import StateEstimator
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from tests.services.controller.cell import COUNT, PROPERTIES, grips
 
 HELD = MotionState.at_rest(*grips((-0.19, 0.0, 0.3), (0.19, 0.0, 0.3)))

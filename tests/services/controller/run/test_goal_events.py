@@ -8,9 +8,9 @@ from services.controller.run.goal_events import GoalEvents
 from services.controller.run.reasons import ReasonCode
 from services.controller.run.state_machine import RunEvent, RunState
 from services.controller.run.task import Goal, Task
+from shared.runtime.service import SECOND
 from shared.scenario import Shape
 from shared.scenario.sections import Event
-from shared.service import SECOND
 from tests.services.controller.cell import grips
 from tests.services.controller.run.test_task import task
 

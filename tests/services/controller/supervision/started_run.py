@@ -12,7 +12,7 @@ from services.controller.run.reasons import Reason, ReasonCode
 from services.controller.supervision.path_choice import PathChoice, PathOffer
 from services.controller.supervision.progress import ProgressMonitor
 from services.controller.supervision.replanning import Replanning
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from tests.services.controller.run.test_task import task
 
 NODE_COUNT = 5

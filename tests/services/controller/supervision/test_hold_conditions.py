@@ -10,7 +10,7 @@ from services.controller.run.arm_condition import ArmCondition
 from services.controller.run.reasons import ReasonCode
 from services.controller.run.state_machine import RunState
 from services.controller.supervision.hold_conditions import hold_reason, unfollowed_reason
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from tests.services.controller.supervision.started_run import Run, code_of
 
 ARMS = ArmCondition(True, True, "", 0, 0, "")

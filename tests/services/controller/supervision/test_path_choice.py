@@ -8,7 +8,7 @@ from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState
 from services.controller.run.reasons import ReasonCode
 from services.controller.run.state_machine import RunState
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from tests.services.controller.supervision.started_run import Run, code_of, path
 
 HERE = MotionState.at_rest(*[Pose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))] * 2)

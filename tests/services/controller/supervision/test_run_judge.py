@@ -5,7 +5,7 @@ from __future__ import annotations
 from services.controller.run.reasons import ReasonCode
 from services.controller.run.state_machine import RunState
 from services.controller.supervision.run_judge import RunJudge
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 from tests.services.controller.supervision.started_run import Run, path
 
 

@@ -10,7 +10,7 @@ from services.perception.beside.other_ropes import SeenLine
 from services.perception.beside.publisher import OthersPublisher
 from services.perception.rgbd.line_of_sight import Sight
 from shared.messages import OtherRopes
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 POINTS = np.stack([np.linspace(-0.1, 0.1, 40), np.zeros(40), np.full(40, 0.2)], axis=1)
 LINE = SeenLine(POINTS, 0.005)

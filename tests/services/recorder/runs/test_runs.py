@@ -20,8 +20,8 @@ from shared.messages import (
     RunResult,
     TaskState,
 )
+from shared.runtime.service import SECOND
 from shared.scenario import load
-from shared.service import SECOND
 
 SCENARIO = load(Path(__file__).parents[4] / "scenarios" / "three-cylinders.toml")
 START = 1_790_000_000 * SECOND

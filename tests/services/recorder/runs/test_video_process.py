@@ -14,8 +14,8 @@ from services.recorder.runs.run_folder import RunRefused
 from services.recorder.runs.runs import Runs
 from services.recorder.runs.video_process import PUBLISH_PERIOD, VideoProcess
 from shared.messages import RunListRequest, RunSummary, RunVideo
+from shared.runtime.service import SECOND
 from shared.scenario import load
-from shared.service import SECOND
 
 RECORDING = Path(__file__).parents[3] / "replay" / "three-cylinders.mcap"
 SMALL = ("--settings.size", "160", "96", "--settings.rate", "2")

@@ -25,9 +25,9 @@ from shared.messages import (
     timestamp,
 )
 from shared.messages import Path as PathMessage
+from shared.runtime.service import SECOND
 from shared.scenario import SIDES, Scenario, parse
 from shared.scenario.cameras import DEFAULT_CAMERA
-from shared.service import SECOND
 from shared.topics import Topic
 
 TEXT = """

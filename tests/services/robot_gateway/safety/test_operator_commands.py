@@ -8,7 +8,7 @@ from services.robot_gateway.safety.operator_commands import (
     OperatorCommand,
     check_command,
 )
-from shared.service import SECOND
+from shared.runtime.service import SECOND
 
 NOW = 2 * SECOND
 

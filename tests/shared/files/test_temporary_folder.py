@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from shared.temporary_folder import MARK, TemporaryFolder
+from shared.files.temporary_folder import MARK, TemporaryFolder
 
 
 @pytest.fixture(autouse=True)
@@ -20,7 +20,7 @@ def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def _made_by_another_process(folder: Path) -> tuple[subprocess.Popen[str], Path]:
     code = (
-        "from shared.temporary_folder import TemporaryFolder\n"
+        "from shared.files.temporary_folder import TemporaryFolder\n"
         "folder = TemporaryFolder('page-'); (folder.path / 'file').touch()\n"
         "print(folder.path, flush=True); input()\n"
     )

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from cli.__main__ import main
-from shared.file_kind import kind_of
+from shared.files.file_kind import kind_of
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Router of the bus for a cell that spans containers or machines: `python -m shared.router`.
+"""Router of the bus for a cell that spans containers or machines: `python -m shared.bus.router`.
 
 A cell on one machine needs no router: its processes meet at the launcher's hub.
 """
@@ -14,9 +14,9 @@ from pathlib import Path
 import tyro
 
 from shared import bus
-from shared.closed_pipe import ending_with_the_reader
-from shared.live import EXIT_BAD_INPUT, Stopped, stopping_on_signals
-from shared.logs import log_to_standard_error
+from shared.runtime.closed_pipe import ending_with_the_reader
+from shared.runtime.live import EXIT_BAD_INPUT, Stopped, stopping_on_signals
+from shared.runtime.logs import log_to_standard_error
 
 log = logging.getLogger(__name__)
 
@@ -38,7 +38,7 @@ def main() -> None:
     """Route messages until SIGINT or SIGTERM."""
     log_to_standard_error()
     with ending_with_the_reader():
-        router = tyro.cli(RouterOptions, prog="python -m shared.router")
+        router = tyro.cli(RouterOptions, prog="python -m shared.bus.router")
     options = bus.BusOptions(
         connect=(), listen=router.listen, mode="router", settings=router.settings
     )

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from shared import topics
 from shared.messages import Health, NodeChain, TaskRequest, timestamp
-from shared.service import Mailbox, Received
+from shared.runtime.service import Mailbox, Received
 
 COLOR = topics.CAMERA_COLOR.at("overhead")
 DEPTH = topics.CAMERA_DEPTH.at("overhead")

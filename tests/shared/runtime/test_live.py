@@ -13,12 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from shared import live, topics
+from shared import topics
 from shared.bus import Bus
-from shared.clock import SystemClock
 from shared.messages import Health, TaskRequest
+from shared.runtime import live
+from shared.runtime.clock import SystemClock
+from shared.runtime.service import Inbox, Publication
 from shared.scenario.shipped import shipped_names
-from shared.service import Inbox, Publication
 from tests.shared.cell import Cell, until
 
 MODULE = "tests.shared.beacon"
@@ -230,7 +231,7 @@ def test_a_restarted_service_does_not_arm_automatically(cell: Cell) -> None:
 
 def test_services_are_imported_by_the_modules_that_run_them() -> None:
     """Every service has its `python -m`, and it names its own package."""
-    root = Path(live.__file__).parents[1]
+    root = Path(live.__file__).parents[2]
     for file in sorted((root / "services").glob("*/service.py")):
         text = (file.parent / "__main__.py").read_text()
         assert f'main("services.{file.parent.name}"' in text

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from shared import mesh_file
-from shared.mesh_file import read_mesh
+from shared.files import mesh_file
+from shared.files.mesh_file import read_mesh
 
 CORNERS = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 2.0, 0.0), (0.0, 2.0, 0.5)]
 TRIANGLES = np.array([[CORNERS[0], CORNERS[1], CORNERS[2]], [CORNERS[0], CORNERS[2], CORNERS[3]]])

@@ -12,7 +12,7 @@ import numpy as np
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from shared.bounded_file import read_file
+from shared.files.bounded_file import read_file
 
 MAX_URDF_SIZE = 2**22
 """Largest URDF that is read [bytes]."""

@@ -3,7 +3,7 @@
 A service is a class with the members of `Service`. It only computes: a step opens no socket, reads
 no clock, does not sleep and changes no global state. Its outputs depend only on the arguments of
 its constructor, the messages in its inboxes and the times of its steps, so that the same code runs
-* in real time on the bus (`shared.live`),
+* in real time on the bus (`shared.runtime.live`),
 * in simulated time, all services in one process (`stack.simulation.simulated_time`),
 * from a recording, to compare its outputs (`stack.replay`).
 
@@ -72,7 +72,7 @@ class Received:
 class Service(Protocol):
     """Members that every service has.
 
-    `shared.live` lists the optional ones.
+    `shared.runtime.live` lists the optional ones.
     """
 
     name: str

@@ -12,7 +12,7 @@ from lariat.geometry.poses import Pose
 from shared.arms.description import CR5_URDF
 from shared.arms.kinematics import UrdfKinematics
 from shared.cr5.kinematics import Kinematics
-from shared.urdf import Urdf
+from shared.files.urdf import Urdf
 from tests.robots import PANDA, UR5, Robot
 
 STILL = Pose(np.zeros(3), poses.IDENTITY)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from shared.message_check import MAX_REASON_LENGTH, MessageCheck, RawMessage
+from shared.bus.message_check import MAX_REASON_LENGTH, MessageCheck, RawMessage
 from shared.messages import ArmState, ArmStates
 from shared.topics import ARM_STATE
 from shared.version import MESSAGE_VERSION

@@ -28,12 +28,12 @@ from shared import topics
 from shared.messages import NodeChain, timestamp
 from shared.recording import Recording, Writer, chunks, reader
 from shared.recording.layout import ROBOT_DESCRIPTION_TOPIC
+from shared.runtime.service import SECOND
 from shared.scenario import parse
-from shared.service import SECOND
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
-OLD_RECORDING = Path(__file__).parents[1] / "replay" / "three-cylinders.mcap"
+OLD_RECORDING = Path(__file__).parents[2] / "replay" / "three-cylinders.mcap"
 TEXT = """
 name = "recorded"
 [rope]
@@ -148,7 +148,7 @@ import time
 from pathlib import Path
 from shared.recording import Writer
 from shared.scenario import load
-from tests.shared.test_recording import write
+from tests.shared.recording.test_recording import write
 writer = Writer(Path({str(path)!r}), load({str(tmp_path / "s.toml")!r}), 1_000_000_000)
 write(writer, 300)
 print("written", flush=True)

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from shared.image_header import MAX_SCAN_COUNT, PNG_SIGNATURE, check_image
+from shared.files.image_header import MAX_SCAN_COUNT, PNG_SIGNATURE, check_image
 
 
 def png_header(width: int, height: int) -> bytes:

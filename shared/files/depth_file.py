@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from shared.bounded_file import read_file
-from shared.image_header import MAX_PIXEL_COUNT, PNG_SIGNATURE, check_image
+from shared.files.bounded_file import read_file
+from shared.files.image_header import MAX_PIXEL_COUNT, PNG_SIGNATURE, check_image
 
 MAX_DEPTH_SIZE = 128 * 2**20
 """Largest file of a depth image [bytes]."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from shared.bounded_file import read_file
+from shared.files.bounded_file import read_file
 
 MAX_MESH_SIZE = 64 * 2**20
 """Largest file of a mesh [bytes]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from shared.health import HealthMeter
+from shared.runtime.health import HealthMeter
 
 
 def test_quantiles_of_step_times_are_steps_that_happened() -> None:

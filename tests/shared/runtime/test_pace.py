@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from shared.pace import Pace
+from shared.runtime.pace import Pace
 
 MILLISECOND = 1_000_000
 PERIOD = 20 * MILLISECOND

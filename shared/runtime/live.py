@@ -2,9 +2,10 @@
 
 The service is stepped at its rate on an absolute schedule. When a step overruns its period, the
 steps that it missed are skipped and the overrun is counted: a backlog would delay the next steps.
-A message of a topic that the service names in `wakes` begins the next step at once (`shared.pace`).
+A message of a topic that the service names in `wakes` begins the next step at once
+(`shared.runtime.pace`).
 
-In addition to the members of `shared.service.Service`, a service may have
+In addition to the members of `shared.runtime.service.Service`, a service may have
 * `tap(raw: shared.bus.RawMessage)`: called before each step with every message of the bus,
 * `close()`: called before the process exits,
 * `greeting: str`: line to print on standard error once it is ready, for what must not be in the
@@ -37,17 +38,17 @@ import tyro
 from shared import bus as buses
 from shared import topics
 from shared.bus import Bus, BusError, BusOptions
-from shared.clock import Clock, SystemClock
-from shared.closed_pipe import ending_with_the_reader
 from shared.configuration import ConfigurationError
-from shared.health import HealthMeter
-from shared.logs import BusHandler, log_to_standard_error
-from shared.memory import reserve_memory
 from shared.messages import Health, Trace
-from shared.pace import Pace
+from shared.runtime.clock import Clock, SystemClock
+from shared.runtime.closed_pipe import ending_with_the_reader
+from shared.runtime.health import HealthMeter
+from shared.runtime.logs import BusHandler, log_to_standard_error
+from shared.runtime.memory import reserve_memory
+from shared.runtime.pace import Pace
+from shared.runtime.service import SECOND, Mailbox, Service
+from shared.runtime.stall_watch import StallWatch
 from shared.scenario import Scenario, load
-from shared.service import SECOND, Mailbox, Service
-from shared.stall_watch import StallWatch
 from shared.version import version
 
 log = logging.getLogger(__name__)

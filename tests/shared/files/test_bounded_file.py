@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from shared.bounded_file import path_inside, read_file
+from shared.files.bounded_file import path_inside, read_file
 
 
 def test_file_within_the_limit_is_read(tmp_path: Path) -> None:

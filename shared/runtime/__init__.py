@@ -1,0 +1,1 @@
+"""What every process runs on: the service contract, its loop, clock, health and logs."""

@@ -2,9 +2,10 @@
 
 import taichi as ti
 
-from services.sim.camera.kernels.depths import FAR, NEAR
+from services.sim.camera.kernels.depths import BLOCK_SHIFT, DRAWN, FAR, NEAR
 from services.sim.camera.kernels.rays import (
     images_f32,
+    marks_u8,
     rotation_of,
     rows_f64,
     vector_f64,
@@ -20,6 +21,7 @@ PLATE_DEPTH_MARGIN = 0.0015
 def draw_plates(
     color: ti.types.ndarray(dtype=ti.u8, ndim=2),
     z_buffer: images_f32,
+    marks: marks_u8,
     camera: vector_f64,
     plates: rows_f64,
     patterns: ti.types.ndarray(dtype=ti.u8, ndim=3),
@@ -29,6 +31,7 @@ def draw_plates(
     Args:
         color: (H, 3 W): red, green and blue of each pixel.
         z_buffer: (H, W) [m].
+        marks: (H, W / block, rounded up): `DRAWN` is written where something is drawn.
         camera: fx, fy, cx, cy, R_world_camera by rows (9), position (3) [pixels, m].
         plates: (m, 10): centre, x axis, y axis, half the side [m]; the face looks along x cross y.
         patterns: (m, c, c): grey values of the cells, first row at +y, first column at -x.
@@ -100,3 +103,4 @@ def draw_plates(
                                     color[v, 3 * u + c] = ti.cast(value, ti.u8)
                                 if part > 0.5:
                                     z_buffer[v, u] = ti.f32(z)
+                                    marks[v, u >> BLOCK_SHIFT] = ti.u8(DRAWN)

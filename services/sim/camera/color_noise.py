@@ -27,12 +27,12 @@ class ColorNoise:
             random: Source of the table.
         """
         noise = np.rint(random.standard_normal(size + MARGIN) * sigma)
-        # What is added and what is taken away: bytes saturate, and are added 32 at a time.
-        self._added = np.clip(noise, 0.0, 255.0).astype(np.uint8)
-        self._taken = np.clip(-noise, 0.0, 255.0).astype(np.uint8)
+        # By how much values are raised and lowered: sums of bytes saturate and are quick.
+        self._raised = np.clip(noise, 0.0, 255.0).astype(np.uint8)
+        self._lowered = np.clip(-noise, 0.0, 255.0).astype(np.uint8)
 
-    def apply(self, color: UInt8[np.ndarray, "h w3"], frame: int) -> None:
-        """Add the noise of a frame to colours, in place.
+    def added(self, color: UInt8[np.ndarray, "h w3"], frame: int) -> UInt8[np.ndarray, "h w3"]:
+        """Return colours with the noise of a frame, in a new array.
 
         Args:
             color: Colour values of the pixels, one after the other [1/255].
@@ -40,5 +40,5 @@ class ColorNoise:
         """
         start = frame * FRAME_STRIDE % MARGIN
         window = slice(start, start + color.size)
-        cv2.add(color, self._added[window].reshape(color.shape), dst=color)
-        cv2.subtract(color, self._taken[window].reshape(color.shape), dst=color)
+        noisy = cv2.add(color, self._raised[window].reshape(color.shape))
+        return cv2.subtract(noisy, self._lowered[window].reshape(color.shape), dst=noisy)

@@ -21,8 +21,8 @@ from services.sim.camera.camera_kernels import CameraKernels
 from services.sim.camera.color_noise import ColorNoise
 from services.sim.camera.depth_faults import DepthFaults
 from services.sim.camera.depth_sensor import DepthSensor
-from services.sim.camera.kernels.depths import BLOCK_SHIFT, FAR
-from services.sim.camera.marker_plates import MarkerPlate
+from services.sim.camera.kernels.depths import BLOCK_SHIFT, DRAWN, FAR
+from services.sim.camera.marker_plates import MarkerPlate, pattern
 from services.sim.camera.sensor_noise import SensorNoise
 
 RGB = tuple[int, int, int]
@@ -73,20 +73,34 @@ class _Image(NamedTuple):
     marks: UInt8[np.ndarray, "h b"]
     """Marks of its blocks, as in `kernels.depths`."""
 
+    def restore(self, still: _Image) -> None:
+        """Replace the rows over which something was drawn by those of what stands still."""
+        rows = np.flatnonzero(np.any(self.marks == DRAWN, axis=1))
+        if len(rows):
+            drawn = slice(rows[0], rows[-1] + 1)
+            for part, original in zip(self, still, strict=True):
+                part[drawn] = original[drawn]
+
 
 @dataclass(frozen=True)
 class _Background:
-    """Image of the bodies that stand still."""
+    """Image of the bodies and plates that stand still."""
 
     bodies: Float64[np.ndarray, "m 15"]
     """Packed bodies and their colours, in the order in which they were drawn."""
+    plates: Float64[np.ndarray, "p 11"]
+    """Packed plates and the identities of their markers, drawn after the bodies."""
     image: _Image
     """The image."""
 
-    def begins(self, bodies: Float64[np.ndarray, "k 15"]) -> bool:
-        """Return whether these bodies begin with those of the image, at the same places."""
-        count = len(self.bodies)
-        return count <= len(bodies) and np.array_equal(self.bodies, bodies[:count])
+    def begins(
+        self, bodies: Float64[np.ndarray, "k 15"], plates: Float64[np.ndarray, "q 11"]
+    ) -> bool:
+        """Return whether bodies and plates begin with those of the image, at the same places."""
+        return all(
+            len(still) <= len(present) and np.array_equal(still, present[: len(still)])
+            for still, present in ((self.bodies, bodies), (self.plates, plates))
+        )
 
 
 class RgbdCamera:
@@ -121,7 +135,7 @@ class RgbdCamera:
         shape = (camera.intrinsics.height, camera.intrinsics.width)
         self._cover, self._shade = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
         self._background: _Background | None = None
-        self._last_bodies: Float64[np.ndarray, "k 15"] | None = None
+        self._last: tuple[Float64[np.ndarray, "k 15"], Float64[np.ndarray, "q 11"]] | None = None
         random = np.random.default_rng(seed)
         self._depth_sensor = DepthSensor(self._kernels, self.noise, shape, seed, random)
         self._color_noise = ColorNoise(self.noise.color_sigma, 3 * shape[0] * shape[1], random)
@@ -164,24 +178,21 @@ class RgbdCamera:
         # Half spaces first: they fill the image and seldom move.
         order = np.argsort([o.shape != "half_space" for o in obstacles], kind="stable")
         bodies = np.hstack([pack(obstacles).reshape(-1, 12), tints])[order]
-        background = self._draw_background(bodies)
-        image = _Image(*(part.copy() for part in background.image))
+        rows = np.array([(*p.packed, p.identity) for p in plates]).reshape(-1, 11)
+        background = self._draw_background(bodies, rows)
+        image = self._image
         self._draw_bodies(image, bodies[len(background.bodies) :])
-        if plates:
-            packed = np.array([plate.packed for plate in plates])
-            patterns = np.stack([plate.pattern for plate in plates])
-            self._kernels.draw_plates(*image, self._packed_camera, packed, patterns)
+        self._draw_plates(image, rows[len(background.plates) :])
         self._draw_tube(image, Tube(chain, radius, self._rope_color), STRAND_OVERLAP)
         # After the rope: a tube that lies beneath it must not show through its edges.
         for tube in tubes:
             self._draw_tube(image, tube, TUBE_OVERLAP)
-        color = image.color.reshape(i.height, i.width, 3)
         depth = self._depth_sensor.measure(image.z_buffer, image.marks, frame)
         if self._faults is not None:
-            depth = self._faults.apply(depth, color, self._seed, frame)
-        if n.color_sigma > 0.0:
-            self._color_noise.apply(image.color, frame)
-        return Frame(color, depth)
+            exact = image.color.reshape(i.height, i.width, 3)
+            depth = self._faults.apply(depth, exact, self._seed, frame)
+        color = self._color_noise.added(image.color, frame)
+        return Frame(color.reshape(i.height, i.width, 3), depth)
 
     def _draw_tube(self, image: _Image, tube: Tube, overlap: float) -> None:
         """Draw a chain of capsules over an image."""
@@ -193,26 +204,44 @@ class RgbdCamera:
             *image, self._cover, self._shade, self._packed_camera, capsules, overlap
         )
 
-    def _draw_background(self, bodies: Float64[np.ndarray, "k 15"]) -> _Background:
-        """Draw the bodies that have not moved since the last frame, or return their image."""
-        last, self._last_bodies = self._last_bodies, bodies
-        if self._background is None or not self._background.begins(bodies):
-            still = bodies if last is None else bodies[: _equal_rows(last, bodies)]
-            i = self.camera.intrinsics
-            grey = min(round(self._background_grey * self.noise.exposure), 255)
-            color = np.full((i.height, 3 * i.width), grey, np.uint8)
-            z_buffer = np.full((i.height, i.width), FAR, np.float32)
-            marks = np.zeros((i.height, -(-i.width >> BLOCK_SHIFT)), np.uint8)
-            image = _Image(color, z_buffer, marks)
-            self._draw_bodies(image, still)
-            self._depth_sensor.mark_still(z_buffer, marks)
-            self._background = _Background(still, image)
+    def _draw_background(
+        self, bodies: Float64[np.ndarray, "k 15"], plates: Float64[np.ndarray, "q 11"]
+    ) -> _Background:
+        """Draw what has not moved since the last frame, or restore its image; return it."""
+        last, self._last = self._last, (bodies, plates)
+        if self._background is not None and self._background.begins(bodies, plates):
+            self._image.restore(self._background.image)
+            return self._background
+        if last is not None:
+            bodies, plates = (
+                bodies[: _equal_rows(last[0], bodies)],
+                plates[: _equal_rows(last[1], plates)],
+            )
+        i = self.camera.intrinsics
+        grey = min(round(self._background_grey * self.noise.exposure), 255)
+        image = _Image(
+            np.full((i.height, 3 * i.width), grey, np.uint8),
+            np.full((i.height, i.width), FAR, np.float32),
+            np.zeros((i.height, -(-i.width >> BLOCK_SHIFT)), np.uint8),
+        )
+        self._draw_bodies(image, bodies)
+        self._draw_plates(image, plates)
+        self._depth_sensor.mark_still(image.z_buffer, image.marks)
+        self._background = _Background(bodies, plates, image)
+        self._image = _Image(*(part.copy() for part in image))
         return self._background
 
     def _draw_bodies(self, image: _Image, bodies: Float64[np.ndarray, "k 15"]) -> None:
         """Draw bodies over an image, in their order."""
         packed, tints = np.ascontiguousarray(bodies[:, :12]), np.ascontiguousarray(bodies[:, 12:])
         self._kernels.draw_bodies(*image, self._packed_camera, packed, tints)
+
+    def _draw_plates(self, image: _Image, plates: Float64[np.ndarray, "q 11"]) -> None:
+        """Draw plates over an image, in their order."""
+        if len(plates):
+            packed = np.ascontiguousarray(plates[:, :10])
+            patterns = np.stack([pattern(int(identity)) for identity in plates[:, 10]])
+            self._kernels.draw_plates(*image, self._packed_camera, packed, patterns)
 
 
 def _equal_rows(a: Float64[np.ndarray, "n k"], b: Float64[np.ndarray, "m k"]) -> int:

@@ -96,6 +96,7 @@ def draw_plates(
                         if covered > 0.0:
                             z = nearest / covered
                             if z < z_buffer[v, u] + PLATE_DEPTH_MARGIN:
+                                marks[v, u >> BLOCK_SHIFT] = ti.u8(DRAWN)
                                 part = covered / (SUPERSAMPLING * SUPERSAMPLING)
                                 grey = bright / covered * lit / covered
                                 for c in ti.static(range(3)):
@@ -103,4 +104,3 @@ def draw_plates(
                                     color[v, 3 * u + c] = ti.cast(value, ti.u8)
                                 if part > 0.5:
                                     z_buffer[v, u] = ti.f32(z)
-                                    marks[v, u >> BLOCK_SHIFT] = ti.u8(DRAWN)

@@ -120,12 +120,12 @@ def draw_rope(
                                         z = cap
                                         cosine = -(z * d - tip).dot(d) / r
                             if zc - r < z_buffer[v, u] + overlap * r or z < z_buffer[v, u]:
+                                marks[v, u >> BLOCK_SHIFT] = ti.u8(DRAWN)
                                 shaded = cover[v, u] > ti.f32(0.0)
                                 if part > cover[v, u]:
                                     cover[v, u] = ti.f32(part)
                                 if z < z_buffer[v, u]:
                                     z_buffer[v, u] = ti.f32(z)
-                                    marks[v, u >> BLOCK_SHIFT] = ti.u8(DRAWN)
                                     # Brightness of the capsule nearest to the camera.
                                     shade[v, u] = ti.f32(cosine / ti.sqrt(dd))
                                 elif shaded == 0:

@@ -25,8 +25,8 @@ def _source(module: str, function: str) -> KernelSource:
 BODIES = _source("bodies", "draw_bodies")
 PLATES = _source("plates", "draw_plates")
 ROPE = _source("rope", "draw_rope")
-NOISE = _source("noise", "measure_depth")
-SOURCES = (BODIES, PLATES, ROPE, NOISE)
+EDGES = _source("edges", "disturb_edges")
+SOURCES = (BODIES, PLATES, ROPE, EDGES)
 """All kernels of the camera."""
 
 
@@ -49,6 +49,6 @@ class CameraKernels:
         return library.kernel(ROPE)
 
     @cached_property
-    def measure_depth(self) -> Kernel:
-        """Noise of the depth sensor."""
-        return library.kernel(NOISE)
+    def disturb_edges(self) -> Kernel:
+        """Noise of the depth sensor at edges."""
+        return library.kernel(EDGES)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import cv2
@@ -33,13 +34,20 @@ class MarkerPlate:
         half = 0.5 * self.side * (MARKER_CELLS + 2 * PLATE_MARGIN_CELLS) / MARKER_CELLS
         return np.array([*self.pose.position, *x, *y, half])
 
-    @property
-    def pattern(self) -> UInt8[np.ndarray, "c c"]:
-        """Grey values of the cells, border included; first row at +y, first column at -x."""
-        patterns = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, MARKER_DICTIONARY))
-        tag = cv2.aruco.generateImageMarker(patterns, self.identity, MARKER_CELLS)
-        return np.pad(
-            np.where(tag > 127, WHITE_GREY, BLACK_GREY).astype(np.uint8),
-            PLATE_MARGIN_CELLS,
-            constant_values=WHITE_GREY,
-        )
+
+@functools.cache
+def pattern(identity: int) -> UInt8[np.ndarray, "c c"]:
+    """Return the grey values of a marker's cells, border included.
+
+    The first row is at +y, the first column at -x.
+
+    Args:
+        identity: Identity of the marker in the dictionary.
+    """
+    patterns = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, MARKER_DICTIONARY))
+    tag = cv2.aruco.generateImageMarker(patterns, identity, MARKER_CELLS)
+    return np.pad(
+        np.where(tag > 127, WHITE_GREY, BLACK_GREY).astype(np.uint8),
+        PLATE_MARGIN_CELLS,
+        constant_values=WHITE_GREY,
+    )

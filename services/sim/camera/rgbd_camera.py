@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
-import cv2
 import numpy as np
 from jaxtyping import Float32, Float64, UInt8, UInt16
 
@@ -18,9 +18,11 @@ from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
 from lariat.geometry.obstacles import Obstacle, pack
 from services.sim.camera.camera_kernels import CameraKernels
+from services.sim.camera.color_noise import ColorNoise
 from services.sim.camera.depth_faults import DepthFaults
-from services.sim.camera.kernels.depths import FAR
-from services.sim.camera.marker_plates import MarkerPlate
+from services.sim.camera.depth_sensor import DepthSensor
+from services.sim.camera.kernels.depths import BLOCK_SHIFT, DRAWN, FAR
+from services.sim.camera.marker_plates import MarkerPlate, pattern
 from services.sim.camera.sensor_noise import SensorNoise
 
 RGB = tuple[int, int, int]
@@ -37,15 +39,6 @@ STRAND_OVERLAP = 2.0
 """Depth behind another strand of the same rope up to which edge pixels are blended [radii]."""
 TUBE_OVERLAP = 0.0
 """The same behind anything of another colour, which would show through [radii]."""
-COLOR_NOISE_STRIDE = 7919
-"""Offset of the colour noise between two frames in its table, a prime [elements]."""
-COLOR_NOISE_MARGIN = 999_983
-"""Length by which the table of colour noise exceeds a frame [elements]."""
-DEPTH_NOISE_COUNT = 1 << 18
-"""Length of the table of depth noise; every image row starts at a random element of it."""
-SEED_MULTIPLIER, FRAME_MULTIPLIER = 2654435761, 40503
-"""Factors of seed and frame in the seed of the depth noise, near 2^32 and 2^16 over the golden
-ratio (multiplicative hashing, Knuth, The Art of Computer Programming, vol. 3) [-]."""
 
 
 @dataclass(frozen=True)
@@ -70,21 +63,44 @@ class Tube:
     """Colour where it faces the camera."""
 
 
-@dataclass(frozen=True)
-class _Background:
-    """Image of the bodies that stand still."""
+class _Image(NamedTuple):
+    """Image that is drawn; the first arguments of the kernels that draw."""
 
-    bodies: Float64[np.ndarray, "m 15"]
-    """Packed bodies and their colours, in the order in which they were drawn."""
     color: UInt8[np.ndarray, "h 3*w"]
     """Red, green, blue [1/255]."""
     z_buffer: Float32[np.ndarray, "h w"]
-    """Depth [m]."""
+    """Exact depth [m]."""
+    marks: UInt8[np.ndarray, "h b"]
+    """Marks of its blocks, as in `kernels.depths`."""
 
-    def begins(self, bodies: Float64[np.ndarray, "k 15"]) -> bool:
-        """Return whether these bodies begin with those of the image, at the same places."""
-        count = len(self.bodies)
-        return count <= len(bodies) and np.array_equal(self.bodies, bodies[:count])
+    def restore(self, still: _Image) -> None:
+        """Replace the rows over which something was drawn by those of what stands still."""
+        rows = np.flatnonzero(np.any(self.marks == DRAWN, axis=1))
+        if len(rows):
+            drawn = slice(rows[0], rows[-1] + 1)
+            for part, original in zip(self, still, strict=True):
+                part[drawn] = original[drawn]
+
+
+@dataclass(frozen=True)
+class _Background:
+    """Image of the bodies and plates that stand still."""
+
+    bodies: Float64[np.ndarray, "m 15"]
+    """Packed bodies and their colours, in the order in which they were drawn."""
+    plates: Float64[np.ndarray, "p 11"]
+    """Packed plates and the identities of their markers, drawn after the bodies."""
+    image: _Image
+    """The image."""
+
+    def begins(
+        self, bodies: Float64[np.ndarray, "k 15"], plates: Float64[np.ndarray, "q 11"]
+    ) -> bool:
+        """Return whether bodies and plates begin with those of the image, at the same places."""
+        return all(
+            len(still) <= len(present) and np.array_equal(still, present[: len(still)])
+            for still, present in ((self.bodies, bodies), (self.plates, plates))
+        )
 
 
 class RgbdCamera:
@@ -117,15 +133,12 @@ class RgbdCamera:
         self._rope_color = rope_color
         self._background_grey = background
         shape = (camera.intrinsics.height, camera.intrinsics.width)
-        self._z_buffer, *self._scratch = (np.zeros(shape, np.float32) for _ in range(3))
+        self._cover, self._shade = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
         self._background: _Background | None = None
-        self._last_bodies: Float64[np.ndarray, "k 15"] | None = None
+        self._last: tuple[Float64[np.ndarray, "k 15"], Float64[np.ndarray, "q 11"]] | None = None
         random = np.random.default_rng(seed)
-        self._depth_noise = random.standard_normal(DEPTH_NOISE_COUNT, np.float32)
-        # The colour noise of a frame is a window of this table: drawing it anew would cost 10 ms.
-        table = random.standard_normal(3 * shape[0] * shape[1] + COLOR_NOISE_MARGIN)
-        color_noise = np.rint(table * self.noise.color_sigma).astype(np.int16)
-        self._color_noise = color_noise if self.noise.color_sigma > 0.0 else None
+        self._depth_sensor = DepthSensor(self._kernels, self.noise, shape, seed, random)
+        self._color_noise = ColorNoise(self.noise.color_sigma, 3 * shape[0] * shape[1], random)
         i, pose = camera.intrinsics, camera.T_world_camera
         self._packed_camera = np.concatenate(
             [
@@ -161,90 +174,74 @@ class RgbdCamera:
             colors = [
                 HALF_SPACE_COLOR if o.shape == "half_space" else BODY_COLOR for o in obstacles
             ]
-        color = np.empty((i.height, i.width, 3), np.uint8)
-        depth = np.empty((i.height, i.width), np.uint16)
-        flat = color.reshape(i.height, 3 * i.width)
-        z_buffer = self._z_buffer
         tints = np.minimum(np.array(colors, float).reshape(-1, 3) * n.exposure, 255.0)
         # Half spaces first: they fill the image and seldom move.
         order = np.argsort([o.shape != "half_space" for o in obstacles], kind="stable")
         bodies = np.hstack([pack(obstacles).reshape(-1, 12), tints])[order]
-        background = self._draw_background(bodies)
-        np.copyto(flat, background.color)
-        np.copyto(z_buffer, background.z_buffer)
-        self._draw_bodies(flat, z_buffer, bodies[len(background.bodies) :])
-        if plates:
-            packed = np.array([plate.packed for plate in plates])
-            patterns = np.stack([plate.pattern for plate in plates])
-            self._kernels.draw_plates(flat, z_buffer, self._packed_camera, packed, patterns)
-        self._draw_tube(flat, z_buffer, Tube(chain, radius, self._rope_color), STRAND_OVERLAP)
+        rows = np.array([(*p.packed, p.identity) for p in plates]).reshape(-1, 11)
+        background = self._draw_background(bodies, rows)
+        image = self._image
+        self._draw_bodies(image, bodies[len(background.bodies) :])
+        self._draw_plates(image, rows[len(background.plates) :])
+        self._draw_tube(image, Tube(chain, radius, self._rope_color), STRAND_OVERLAP)
         # After the rope: a tube that lies beneath it must not show through its edges.
         for tube in tubes:
-            self._draw_tube(flat, z_buffer, tube, TUBE_OVERLAP)
-        self._kernels.measure_depth(
-            depth,
-            z_buffer,
-            self._depth_noise,
-            np.array(
-                [
-                    n.depth_sigma,
-                    n.depth_bias,
-                    n.depth_quantum,
-                    n.edge_step,
-                    n.edge_mixing,
-                    n.edge_dropout,
-                ]
-            ),
-            (self._seed * SEED_MULTIPLIER + frame * FRAME_MULTIPLIER + 1) & 0xFFFFFFFF,
-        )
+            self._draw_tube(image, tube, TUBE_OVERLAP)
+        depth = self._depth_sensor.measure(image.z_buffer, image.marks, frame)
         if self._faults is not None:
-            depth = self._faults.apply(depth, color, self._seed, frame)
-        if self._color_noise is None:
-            return Frame(color, depth)
-        start = frame * COLOR_NOISE_STRIDE % (self._color_noise.size - color.size)
-        color_noise = self._color_noise[start : start + color.size].reshape(color.shape)
-        # Adds and saturates in one pass.
-        color = np.asarray(cv2.add(color, color_noise, dtype=cv2.CV_8U), np.uint8)
-        return Frame(color, depth)
+            exact = image.color.reshape(i.height, i.width, 3)
+            depth = self._faults.apply(depth, exact, self._seed, frame)
+        color = self._color_noise.added(image.color, frame)
+        return Frame(color.reshape(i.height, i.width, 3), depth)
 
-    def _draw_tube(
-        self,
-        color: UInt8[np.ndarray, "h 3*w"],
-        z_buffer: Float32[np.ndarray, "h w"],
-        tube: Tube,
-        overlap: float,
-    ) -> None:
+    def _draw_tube(self, image: _Image, tube: Tube, overlap: float) -> None:
         """Draw a chain of capsules over an image."""
         capsules = np.empty((len(tube.nodes) - 1, 10))
         capsules[:, 0:3], capsules[:, 3:6] = tube.nodes[:-1], tube.nodes[1:]
         capsules[:, 6] = tube.radius
         capsules[:, 7:10] = np.minimum(np.array(tube.color) * self.noise.exposure, 255.0)
         self._kernels.draw_rope(
-            color, z_buffer, *self._scratch, self._packed_camera, capsules, overlap
+            *image, self._cover, self._shade, self._packed_camera, capsules, overlap
         )
 
-    def _draw_background(self, bodies: Float64[np.ndarray, "k 15"]) -> _Background:
-        """Draw the bodies that have not moved since the last frame, or return their image."""
-        last, self._last_bodies = self._last_bodies, bodies
-        if self._background is None or not self._background.begins(bodies):
-            still = bodies if last is None else bodies[: _equal_rows(last, bodies)]
-            i = self.camera.intrinsics
-            grey = min(round(self._background_grey * self.noise.exposure), 255)
-            color = np.full((i.height, 3 * i.width), grey, np.uint8)
-            z_buffer = np.full((i.height, i.width), FAR, np.float32)
-            self._draw_bodies(color, z_buffer, still)
-            self._background = _Background(still, color, z_buffer)
+    def _draw_background(
+        self, bodies: Float64[np.ndarray, "k 15"], plates: Float64[np.ndarray, "q 11"]
+    ) -> _Background:
+        """Draw what has not moved since the last frame, or restore its image; return it."""
+        last, self._last = self._last, (bodies, plates)
+        if self._background is not None and self._background.begins(bodies, plates):
+            self._image.restore(self._background.image)
+            return self._background
+        if last is not None:
+            bodies, plates = (
+                bodies[: _equal_rows(last[0], bodies)],
+                plates[: _equal_rows(last[1], plates)],
+            )
+        i = self.camera.intrinsics
+        grey = min(round(self._background_grey * self.noise.exposure), 255)
+        image = _Image(
+            np.full((i.height, 3 * i.width), grey, np.uint8),
+            np.full((i.height, i.width), FAR, np.float32),
+            np.zeros((i.height, -(-i.width >> BLOCK_SHIFT)), np.uint8),
+        )
+        self._draw_bodies(image, bodies)
+        self._draw_plates(image, plates)
+        self._depth_sensor.mark_still(image.z_buffer, image.marks)
+        self._background = _Background(bodies, plates, image)
+        self._image = _Image(*(part.copy() for part in image))
         return self._background
 
-    def _draw_bodies(
-        self,
-        color: UInt8[np.ndarray, "h 3*w"],
-        z_buffer: Float32[np.ndarray, "h w"],
-        bodies: Float64[np.ndarray, "k 15"],
-    ) -> None:
+    def _draw_bodies(self, image: _Image, bodies: Float64[np.ndarray, "k 15"]) -> None:
         """Draw bodies over an image, in their order."""
         packed, tints = np.ascontiguousarray(bodies[:, :12]), np.ascontiguousarray(bodies[:, 12:])
-        self._kernels.draw_bodies(color, z_buffer, self._packed_camera, packed, tints)
+        self._kernels.draw_bodies(*image, self._packed_camera, packed, tints)
+
+    def _draw_plates(self, image: _Image, plates: Float64[np.ndarray, "q 11"]) -> None:
+        """Draw plates over an image, in their order."""
+        if len(plates):
+            packed = np.ascontiguousarray(plates[:, :10])
+            patterns = np.stack([pattern(int(identity)) for identity in plates[:, 10]])
+            self._kernels.draw_plates(*image, self._packed_camera, packed, patterns)
 
 
 def _equal_rows(a: Float64[np.ndarray, "n k"], b: Float64[np.ndarray, "m k"]) -> int:

@@ -275,9 +275,9 @@ def test_a_library_with_other_numbers_is_rejected() -> None:
 
 @has_assembler
 def test_a_compiled_kernel_refuses_other_arrays_than_it_takes() -> None:
-    compiled = library.compiled_kernel(camera_kernels.NOISE)
+    compiled = library.compiled_kernel(camera_kernels.EDGES)
     assert compiled is not None
-    depth, z_buffer, *others = compilation.attribute(camera_kernels.NOISE.trials)()[0].arguments
+    depth, z_buffer, *others = compilation.attribute(camera_kernels.EDGES.trials)()[0].arguments
     with pytest.raises(TypeError, match="array of uint16 with 2 dimensions, got int32"):
         compiled(depth.astype(np.int32), z_buffer, *others)
     with pytest.raises(TypeError, match="contiguous array of float32"):

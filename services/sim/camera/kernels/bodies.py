@@ -6,9 +6,10 @@ because the discriminants of quadratics cancel; images are in single precision.
 
 import taichi as ti
 
-from services.sim.camera.kernels.depths import FAR, NEAR
+from services.sim.camera.kernels.depths import BLOCK_SHIFT, DRAWN, FAR, NEAR
 from services.sim.camera.kernels.rays import (
     images_f32,
+    marks_u8,
     rotate,
     rotation_of,
     rows_f64,
@@ -81,6 +82,7 @@ def body_hit(shape: ti.i32, o, d, a: ti.f64, b: ti.f64, c: ti.f64):
 def draw_bodies(
     color: ti.types.ndarray(dtype=ti.u8, ndim=2),
     z_buffer: images_f32,
+    marks: marks_u8,
     camera: vector_f64,
     bodies: rows_f64,
     body_colors: rows_f64,
@@ -90,6 +92,7 @@ def draw_bodies(
     Args:
         color: (H, 3 W): red, green and blue of each pixel.
         z_buffer: (H, W) [m].
+        marks: (H, W / block, rounded up): `DRAWN` is written where something is drawn.
         camera: fx, fy, cx, cy, R_world_camera by rows (9), position (3) [pixels, m].
         bodies: Packed obstacles (m, 12).
         body_colors: (m, 3) in 0..255.
@@ -129,6 +132,7 @@ def draw_bodies(
                                 z = ti.f32(-above) / along
                                 if z < z_buffer[v, u] and z > ti.f32(NEAR):
                                     z_buffer[v, u] = z
+                                    marks[v, u >> BLOCK_SHIFT] = ti.u8(DRAWN)
                                     for k in ti.static(range(3)):
                                         color[v, 3 * u + k] = ti.cast(tint[k], ti.u8)
             else:
@@ -161,19 +165,24 @@ def draw_bodies(
                         u1 = ti.max(u1, fx * p[0] / p[2] + cx)
                         v1 = ti.max(v1, fy * p[1] / p[2] + cy)
                 o = rotate(back, eye - centre)
+                # Rays of a pixel further right, a pixel further down, and along the optical axis.
+                right = rotate(back, ti.Vector([R[0, 0], R[1, 0], R[2, 0]], dt=ti.f64)) / fx
+                down = rotate(back, ti.Vector([R[0, 1], R[1, 1], R[2, 1]], dt=ti.f64)) / fy
+                ahead = rotate(back, ti.Vector([R[0, 2], R[1, 2], R[2, 2]], dt=ti.f64))
                 for v in range(
                     ti.max(0, ti.cast(ti.floor(ti.max(v0, -1.0)), ti.i32)),
                     ti.min(height, ti.cast(ti.min(v1, 1e5), ti.i32) + 2),
                 ):
+                    row = ahead + (v - cy) * down
                     for u in range(
                         ti.max(0, ti.cast(ti.floor(ti.max(u0, -1.0)), ti.i32)),
                         ti.min(width, ti.cast(ti.min(u1, 1e5), ti.i32) + 2),
                     ):
-                        ray = ti.Vector([(u - cx) / fx, (v - cy) / fy, 1.0], dt=ti.f64)
-                        d = rotate(back, R @ ray)
+                        d = row + (u - cx) * right
                         z, n = body_hit(shape, o, d, a, b, c)
                         if z < z_buffer[v, u]:
                             z_buffer[v, u] = ti.f32(z)
+                            marks[v, u >> BLOCK_SHIFT] = ti.u8(DRAWN)
                             lit = 0.4 + 0.6 * ti.max(0.0, -n.dot(d)) / d.norm()
                             for k in ti.static(range(3)):
                                 color[v, 3 * u + k] = ti.cast(body_colors[m, k] * lit, ti.u8)

@@ -2,9 +2,10 @@
 
 import taichi as ti
 
-from services.sim.camera.kernels.depths import FAR, NEAR
+from services.sim.camera.kernels.depths import BLOCK_SHIFT, DRAWN, FAR, NEAR
 from services.sim.camera.kernels.rays import (
     images_f32,
+    marks_u8,
     rotation_of,
     rows_f64,
     vector_f64,
@@ -20,6 +21,7 @@ PLATE_DEPTH_MARGIN = 0.0015
 def draw_plates(
     color: ti.types.ndarray(dtype=ti.u8, ndim=2),
     z_buffer: images_f32,
+    marks: marks_u8,
     camera: vector_f64,
     plates: rows_f64,
     patterns: ti.types.ndarray(dtype=ti.u8, ndim=3),
@@ -29,6 +31,7 @@ def draw_plates(
     Args:
         color: (H, 3 W): red, green and blue of each pixel.
         z_buffer: (H, W) [m].
+        marks: (H, W / block, rounded up): `DRAWN` is written where something is drawn.
         camera: fx, fy, cx, cy, R_world_camera by rows (9), position (3) [pixels, m].
         plates: (m, 10): centre, x axis, y axis, half the side [m]; the face looks along x cross y.
         patterns: (m, c, c): grey values of the cells, first row at +y, first column at -x.
@@ -93,6 +96,7 @@ def draw_plates(
                         if covered > 0.0:
                             z = nearest / covered
                             if z < z_buffer[v, u] + PLATE_DEPTH_MARGIN:
+                                marks[v, u >> BLOCK_SHIFT] = ti.u8(DRAWN)
                                 part = covered / (SUPERSAMPLING * SUPERSAMPLING)
                                 grey = bright / covered * lit / covered
                                 for c in ti.static(range(3)):

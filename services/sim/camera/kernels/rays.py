@@ -5,6 +5,7 @@ import taichi as ti
 from services.sim.camera.kernels.depths import FAR, NEAR
 
 images_f32 = ti.types.ndarray(dtype=ti.f32, ndim=2)
+marks_u8 = ti.types.ndarray(dtype=ti.u8, ndim=2)
 rows_f64 = ti.types.ndarray(dtype=ti.f64, ndim=2)
 vector_f64 = ti.types.ndarray(dtype=ti.f64, ndim=1)
 

@@ -2,9 +2,10 @@
 
 import taichi as ti
 
-from services.sim.camera.kernels.depths import FAR, NEAR
+from services.sim.camera.kernels.depths import BLOCK_SHIFT, DRAWN, FAR, NEAR
 from services.sim.camera.kernels.rays import (
     images_f32,
+    marks_u8,
     rotation_of,
     rows_f64,
     sphere_hit,
@@ -12,10 +13,32 @@ from services.sim.camera.kernels.rays import (
 )
 
 
+@ti.func
+def seen_box(p, q, r: ti.f64, margin: ti.f64, camera: ti.template(), width: ti.i32, height: ti.i32):
+    """First column, first row, last column and last row in which a capsule can be seen.
+
+    The capsule of radius r goes from p to q in the optical frame; it is not seen where it comes
+    close to the camera. The box is larger by a margin [pixels].
+    """
+    box = ti.Vector([0, 0, -1, -1])
+    nearest = ti.min(p[2], q[2]) - r
+    if nearest > NEAR:
+        fx, fy, cx, cy = camera[0], camera[1], camera[2], camera[3]
+        around = r / nearest * ti.max(fx, fy) + margin
+        ua, va = fx * p[0] / p[2] + cx, fy * p[1] / p[2] + cy
+        ub, vb = fx * q[0] / q[2] + cx, fy * q[1] / q[2] + cy
+        box[0] = ti.cast(ti.max(0.0, ti.min(ua, ub) - around), ti.i32)
+        box[1] = ti.cast(ti.max(0.0, ti.min(va, vb) - around), ti.i32)
+        box[2] = ti.cast(ti.min(width - 1.0, ti.max(ua, ub) + around), ti.i32)
+        box[3] = ti.cast(ti.min(height - 1.0, ti.max(va, vb) + around), ti.i32)
+    return box
+
+
 @ti.kernel
 def draw_rope(
     color: ti.types.ndarray(dtype=ti.u8, ndim=2),
     z_buffer: images_f32,
+    marks: marks_u8,
     cover: images_f32,
     shade: images_f32,
     camera: vector_f64,
@@ -27,7 +50,8 @@ def draw_rope(
     Args:
         color: (H, 3 W): red, green and blue of each pixel.
         z_buffer: (H, W) [m].
-        cover: (H, W) scratch, share of the pixel that the rope covers [-].
+        marks: (H, W / block, rounded up): `DRAWN` is written where something is drawn.
+        cover: (H, W) scratch, share of the pixel that the rope covers, 0 before and after [-].
         shade: (H, W) scratch, cosine between the rope's normal and the ray [-].
         camera: fx, fy, cx, cy, R_world_camera by rows (9), position (3) [pixels, m].
         capsules: (k, 10): both ends of a capsule, its radius and colour [m, 1/255].
@@ -39,24 +63,6 @@ def draw_rope(
     fx, fy, cx, cy = camera[0], camera[1], camera[2], camera[3]
     R = rotation_of(camera)
     eye = ti.Vector([camera[13], camera[14], camera[15]], dt=ti.f64)
-    # Rows in which the rope can be seen; all others stay unchanged.
-    first, last = height, -1
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        for s in range(capsules.shape[0]):
-            p = R.transpose() @ (ti.Vector([capsules[s, 0], capsules[s, 1], capsules[s, 2]]) - eye)
-            q = R.transpose() @ (ti.Vector([capsules[s, 3], capsules[s, 4], capsules[s, 5]]) - eye)
-            z0 = ti.min(p[2], q[2]) - capsules[s, 6]
-            if z0 > NEAR:
-                margin = capsules[s, 6] / z0 * ti.max(fx, fy) + 3.0
-                va, vb = fy * p[1] / p[2] + cy, fy * q[1] / q[2] + cy
-                first = ti.min(first, ti.cast(ti.max(0.0, ti.min(va, vb) - margin), ti.i32))
-                last = ti.max(last, ti.cast(ti.min(height - 1.0, ti.max(va, vb) + margin), ti.i32))
-    ti.loop_config(serialize=True)
-    for v in range(first, last + 1):
-        for u in range(width):
-            cover[v, u] = ti.f32(0.0)
-
     ti.loop_config(serialize=True)
     for _ in range(1):
         for s in range(capsules.shape[0]):
@@ -64,29 +70,25 @@ def draw_rope(
             end = ti.Vector([capsules[s, 3], capsules[s, 4], capsules[s, 5]], dt=ti.f64) - eye
             # In the optical frame from here on.
             p = R.transpose() @ start
-            e = R.transpose() @ end - p
+            q = R.transpose() @ end
+            e = q - p
             r = capsules[s, 6]
-            z0 = ti.min(p[2], p[2] + e[2]) - r
-            if z0 > NEAR:
-                margin = r / z0 * ti.max(fx, fy) + 2.0
-                ua, va = fx * p[0] / p[2] + cx, fy * p[1] / p[2] + cy
-                ub, vb = (
-                    fx * (p[0] + e[0]) / (p[2] + e[2]) + cx,
-                    fy * (p[1] + e[1]) / (p[2] + e[2]) + cy,
-                )
-                ee = e.dot(e)
-                oe = -p.dot(e)
-                oo = p.dot(p)
-                for v in range(
-                    ti.cast(ti.max(0.0, ti.min(va, vb) - margin), ti.i32),
-                    ti.cast(ti.min(height - 1.0, ti.max(va, vb) + margin), ti.i32) + 1,
-                ):
-                    for u in range(
-                        ti.cast(ti.max(0.0, ti.min(ua, ub) - margin), ti.i32),
-                        ti.cast(ti.min(width - 1.0, ti.max(ua, ub) + margin), ti.i32) + 1,
-                    ):
-                        d = ti.Vector([(u - cx) / fx, (v - cy) / fy, 1.0], dt=ti.f64)
-                        dd, de, od = d.dot(d), d.dot(e), -p.dot(d)
+            box = seen_box(p, q, r, 2.0, camera, width, height)
+            ee = e.dot(e)
+            oe = -p.dot(e)
+            oo = p.dot(p)
+            # A ray comes closer than `reach` to the centre where its pixel is partly covered.
+            pixel = 0.5 / fx
+            reach = (r + pixel * ti.max(p[2], q[2])) / (1.0 - pixel) + 0.5 * ti.sqrt(ee)
+            centre = p + 0.5 * e
+            beyond = centre.dot(centre) - reach * reach
+            for v in range(box[1], box[3] + 1):
+                for u in range(box[0], box[2] + 1):
+                    d = ti.Vector([(u - cx) / fx, (v - cy) / fy, 1.0], dt=ti.f64)
+                    dd = d.dot(d)
+                    toward = centre.dot(d)
+                    if toward * toward >= beyond * dd:
+                        de, od = d.dot(e), -p.dot(d)
                         # Share of the pixel that is rope, by the closest approach of ray and axis.
                         across = dd * ee - de * de
                         t = 0.0
@@ -118,6 +120,7 @@ def draw_rope(
                                         z = cap
                                         cosine = -(z * d - tip).dot(d) / r
                             if zc - r < z_buffer[v, u] + overlap * r or z < z_buffer[v, u]:
+                                marks[v, u >> BLOCK_SHIFT] = ti.u8(DRAWN)
                                 shaded = cover[v, u] > ti.f32(0.0)
                                 if part > cover[v, u]:
                                     cover[v, u] = ti.f32(part)
@@ -129,11 +132,19 @@ def draw_rope(
                                     shade[v, u] = ti.f32(0.0)
 
     ti.loop_config(serialize=True)
-    for v in range(first, last + 1):
-        for u in range(width):
-            part = cover[v, u]
-            if part > ti.f32(0.0):
-                lit = part * (0.6 + 0.4 * shade[v, u])
-                for k in ti.static(range(3)):
-                    value = color[v, 3 * u + k] * (1.0 - part) + capsules[0, 7 + k] * lit
-                    color[v, 3 * u + k] = ti.cast(value, ti.u8)
+    for s in range(capsules.shape[0]):
+        start = ti.Vector([capsules[s, 0], capsules[s, 1], capsules[s, 2]], dt=ti.f64) - eye
+        end = ti.Vector([capsules[s, 3], capsules[s, 4], capsules[s, 5]], dt=ti.f64) - eye
+        # Larger than the box above, however either is rounded: nothing stays in `cover`.
+        p, q = R.transpose() @ start, R.transpose() @ end
+        box = seen_box(p, q, capsules[s, 6], 3.0, camera, width, height)
+        for v in range(box[1], box[3] + 1):
+            for u in range(box[0], box[2] + 1):
+                part = cover[v, u]
+                if part > ti.f32(0.0):
+                    # Boxes overlap: each pixel is blended once.
+                    cover[v, u] = ti.f32(0.0)
+                    lit = part * (0.6 + 0.4 * shade[v, u])
+                    for k in ti.static(range(3)):
+                        value = color[v, 3 * u + k] * (1.0 - part) + capsules[0, 7 + k] * lit
+                        color[v, 3 * u + k] = ti.cast(value, ti.u8)

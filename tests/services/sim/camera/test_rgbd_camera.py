@@ -10,6 +10,8 @@ from jaxtyping import Float64
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import TABLE, Obstacle, scene_distance
+from lariat.geometry.poses import Pose
+from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.rgbd_camera import RgbdCamera, Tube
 from services.sim.camera.sensor_noise import NOISELESS, SensorNoise
 
@@ -128,6 +130,19 @@ def test_a_frame_shows_each_body_where_it_is_however_it_moved_before() -> None:
         bodies = tuple(b for k, b in enumerate(scene(x, z)) if frame % 2 or k != 3)
         after = camera.take(arch(), RADIUS, bodies, frame=frame)
         alone = RgbdCamera(VIEW, seed=2).take(arch(), RADIUS, bodies, frame=frame)
+        np.testing.assert_array_equal(after.color, alone.color)
+        np.testing.assert_array_equal(after.depth, alone.depth)
+
+
+def test_a_frame_keeps_nothing_of_the_rope_and_the_plates_before_it() -> None:
+    flat = poses.IDENTITY
+    camera = RgbdCamera(VIEW, seed=2)
+    for frame, shift in enumerate((0.0, 0.06, 0.06, 0.02, 0.02, -0.1)):
+        chain = arch() + np.array([0.0, shift, shift])
+        places = ((0.1, -0.15, 0.01), (-0.15, -0.15, 0.01 + abs(shift)), (0.2, shift, 0.01))
+        plates = [MarkerPlate(Pose(np.array(p), flat), 0.05, k) for k, p in enumerate(places)]
+        after = camera.take(chain, RADIUS, BODIES, frame=frame, plates=plates)
+        alone = RgbdCamera(VIEW, seed=2).take(chain, RADIUS, BODIES, frame=frame, plates=plates)
         np.testing.assert_array_equal(after.color, alone.color)
         np.testing.assert_array_equal(after.depth, alone.depth)
 

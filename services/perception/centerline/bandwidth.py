@@ -1,9 +1,26 @@
-"""Sizes of the memory of a chain's fit."""
+"""Memory of a chain's fit."""
+
+import numpy as np
 
 BANDWIDTH = 12
 """Stored diagonals of the symmetric matrix, the main one included: four nodes of three."""
-EDGE_COLUMNS = 8
-"""Numbers that describe an edge: begin, direction, 1 / squared length, 1 / length."""
-SUM_COLUMNS = 24
-"""Numbers that the samples of an edge add up to: three symmetric blocks of the matrix, of six
-numbers each, and two parts of the right-hand side."""
+MARGIN = BANDWIDTH - 1
+"""Number of rows of zeros before and behind it."""
+
+
+def scratch(node_count: int) -> tuple[np.ndarray, ...]:
+    """Return the arrays that a fit works in, in the order of the kernel's arguments.
+
+    Args:
+        node_count: Number of nodes of the chain.
+    """
+    rows = 3 * node_count + 2 * MARGIN
+    return (
+        np.zeros((rows, 1, BANDWIDTH)),
+        np.zeros((rows, 1, BANDWIDTH)),
+        np.zeros((node_count + 3, 4)),
+        np.zeros((node_count - 1, 4, 3)),
+        np.zeros((node_count - 1, 4, 6)),
+        np.zeros((3 * node_count, 2)),
+        np.zeros(rows),
+    )

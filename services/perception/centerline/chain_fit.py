@@ -10,11 +10,11 @@ from jaxtyping import Float64, Int32
 
 from lariat.machine_code import library
 from lariat.machine_code.kernel_source import KernelSource
-from services.perception.centerline.bandwidth import BANDWIDTH, EDGE_COLUMNS, SUM_COLUMNS
+from services.perception.centerline.bandwidth import scratch
 
 KERNEL = KernelSource(
     "perception-fit",
-    "services.perception.centerline.kernels:fit",
+    "services.perception.centerline.kernels.fit:fit",
     ("services.perception.centerline.kernels", "services.perception.centerline.bandwidth"),
     "services.perception.centerline.fit_trials:trials",
     Path(__file__).parents[3],
@@ -79,14 +79,7 @@ class ChainFit:
         self.settings = settings or FitSettings()
         self._edge = length / (node_count - 1)
         self._weight_over_stiffness = weight_over_stiffness
-        self._scratch = (
-            np.zeros((3 * node_count, BANDWIDTH)),
-            np.zeros((3 * node_count, BANDWIDTH)),
-            np.zeros((node_count - 1, EDGE_COLUMNS)),
-            np.zeros((node_count - 1, SUM_COLUMNS)),
-            np.zeros((3 * node_count, 2)),
-        )
-        self._rhs = np.zeros(3 * node_count)
+        self._scratch = scratch(node_count)
         self._support = np.zeros(node_count)
         self._variance = np.zeros(node_count)
         self._statistics = np.zeros(4)
@@ -94,7 +87,7 @@ class ChainFit:
     def solve(
         self,
         start: Float64[np.ndarray, "n 3"],
-        samples: Float64[np.ndarray, "m 7"],
+        samples: Float64[np.ndarray, "m 6"],
         segments: Int32[np.ndarray, "m"],
         eye: Float64[np.ndarray, "3"],
         anchors: Float64[np.ndarray, "n 4"],
@@ -106,7 +99,7 @@ class ChainFit:
 
         Args:
             start: Initial node positions [m].
-            samples: Rays and ranges, columns as in `kernels.fit`.
+            samples: Rays and ranges, columns as in `kernels.fit.fit`.
             segments: Segment on which each sample is assumed to lie.
             eye: Centre of projection [m].
             anchors: Expected position of each node and its standard deviation [m]; a standard
@@ -123,7 +116,6 @@ class ChainFit:
             np.ascontiguousarray(eye, dtype=np.float64),
             np.ascontiguousarray(anchors),
             *self._scratch,
-            self._rhs,
             self._support,
             self._variance,
             self._statistics,

@@ -206,7 +206,7 @@ class CenterlineEstimator:
     ) -> CenterlineEstimate:
         """Fit of one hypothesis, without the measurements on other ropes."""
         s = self.settings.hypotheses
-        rows, edges = [np.zeros((0, 7))], [np.zeros(0, int)]
+        rows, edges = [np.zeros((0, 6))], [np.zeros(0, int)]
         for segment, places in start.edges:
             found, index = samples.without(segment, others) if others else samples.of(segment)
             known = places[index] >= 0

@@ -41,17 +41,17 @@ class SegmentSamples:
     ) -> None:
         self.observation, self._camera = observation, camera
         self._rope, self._settings = rope, settings
-        self._cache: dict[int, tuple[Float64[np.ndarray, "m 7"], Int64[np.ndarray, "m"]]] = {}
+        self._cache: dict[int, tuple[Float64[np.ndarray, "m 6"], Int64[np.ndarray, "m"]]] = {}
 
-    def of(self, segment: int) -> tuple[Float64[np.ndarray, "m 7"], Int64[np.ndarray, "m"]]:
-        """Return samples of a segment, columns as in `kernels.fit`, and each one's ridge point."""
+    def of(self, segment: int) -> tuple[Float64[np.ndarray, "m 6"], Int64[np.ndarray, "m"]]:
+        """Return samples of a segment, columns as in `kernels.fit.fit`, and each one's ridge point."""
         if segment not in self._cache:
             self._cache[segment] = self._compute(segment)
         return self._cache[segment]
 
     def without(
         self, segment: int, others: Sequence[OtherLine]
-    ) -> tuple[Float64[np.ndarray, "m 7"], Int64[np.ndarray, "m"]]:
+    ) -> tuple[Float64[np.ndarray, "m 6"], Int64[np.ndarray, "m"]]:
         """Return the samples of a segment that cannot be other ropes'; columns as in `of`.
 
         Rays are left out where the image shows another rope, or two ropes as one region; ranges,
@@ -76,7 +76,7 @@ class SegmentSamples:
         kept = ~np.where(rows[:, 3] > 0.0, touching[index], beside[index])
         return rows[kept], index[kept]
 
-    def _compute(self, segment: int) -> tuple[Float64[np.ndarray, "m 7"], Int64[np.ndarray, "m"]]:
+    def _compute(self, segment: int) -> tuple[Float64[np.ndarray, "m 6"], Int64[np.ndarray, "m"]]:
         s, i = self._settings, self._camera.intrinsics
         view, ridge = self.observation, self.observation.ridges[segment]
         sigma = float(np.hypot(s.depth_sigma, s.depth_quantum / np.sqrt(12.0)))
@@ -84,9 +84,9 @@ class SegmentSamples:
         pixels = ridge.pixels[ridge.clear]
         index = np.flatnonzero(ridge.clear)
         rays = self._camera.rays(pixels)
-        lateral = np.zeros((len(pixels), 7))
+        lateral = np.zeros((len(pixels), 6))
         lateral[:, :3] = poses.normalized(rays)
-        lateral[:, 6] = s.fit.ray_sigma / i.fx
+        lateral[:, 5] = s.fit.ray_sigma / i.fx
         normals = ridge.normals[index]
         offsets = np.array(_flank_offsets(view.width))
         at = np.rint(pixels + offsets[:, None, None] * normals).reshape(-1, 2)
@@ -99,7 +99,7 @@ class SegmentSamples:
         offset = np.sum((at[once] - pixels[nearest]) * normals[nearest], axis=1) * measured / i.fx
         rays = self._camera.rays(at[once])
         stretch = np.linalg.norm(rays, axis=1)
-        ranged = np.zeros((len(once), 7))
+        ranged = np.zeros((len(once), 6))
         ranged[:, :3] = rays / stretch[:, None]
         ranged[:, 3] = measured * stretch
         ranged[:, 4] = np.sqrt(np.maximum(self._rope.radius**2 - offset**2, 0.0))

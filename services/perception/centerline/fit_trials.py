@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.machine_code.kernel_source import Trial
-from services.perception.centerline.bandwidth import BANDWIDTH, EDGE_COLUMNS, SUM_COLUMNS
+from services.perception.centerline.bandwidth import scratch
 
 NODE_COUNT = 12
 EDGE = 0.05
@@ -27,23 +27,15 @@ def trials() -> list[Trial]:
         points += rng.normal(0.0, 1e-4, points.shape)
         points[:10] += 0.05
         ranges = np.linalg.norm(points - eye, axis=1)
-        samples = np.zeros((len(points), 7))
+        samples = np.zeros((len(points), 6))
         samples[:, :3] = (points - eye) / ranges[:, None]
-        samples[::2, 3], samples[:, 4], samples[:, 5] = ranges[::2] - 0.004, 0.004, 1.5e-3
-        samples[1::2, 6] = 6e-4
+        samples[::2, 3], samples[::2, 4], samples[::2, 5] = ranges[::2] - 0.004, 0.004, 1.5e-3
+        samples[1::2, 5] = 6e-4
         anchors = np.zeros((NODE_COUNT, 4))
         anchors[0] = (*nodes[0], 3e-4)
         start = nodes + np.array([0.0, 0.01, 0.0])
         support, variance, statistics = np.zeros(NODE_COUNT), np.zeros(NODE_COUNT), np.zeros(4)
-        scratch = (
-            np.zeros((3 * NODE_COUNT, BANDWIDTH)),
-            np.zeros((3 * NODE_COUNT, BANDWIDTH)),
-            np.zeros((NODE_COUNT - 1, EDGE_COLUMNS)),
-            np.zeros((NODE_COUNT - 1, SUM_COLUMNS)),
-            np.zeros((3 * NODE_COUNT, 2)),
-            np.zeros(3 * NODE_COUNT),
-        )
-        arrays = (start, samples, segments, eye, anchors, *scratch, support, variance)
+        arrays = (start, samples, segments, eye, anchors, *scratch(NODE_COUNT), support, variance)
         numbers = (EDGE, edge_sigma, 7.0 * EDGE**2, 0.2, 700.0 * EDGE**3, 1e-5, 30)
         found.append(
             Trial((*arrays, statistics, *numbers), (start, segments, support, variance, statistics))

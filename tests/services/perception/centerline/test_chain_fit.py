@@ -12,17 +12,17 @@ RANGE_SIGMA, RAY_SIGMA = 0.0015, 0.0006
 
 
 def samples(points: np.ndarray, ranged: bool, noise: float = 0.0) -> np.ndarray:
-    """Rows of `kernels.fit` for points on the axis, with or without their ranges."""
+    """Rows of `kernels.fit.fit` for points on the axis, with or without their ranges."""
     rays = points - EYE
     distance = np.linalg.norm(rays, axis=1)
-    rows = np.zeros((len(points), 7))
+    rows = np.zeros((len(points), 6))
     rows[:, :3] = poses.normalized(rays)
     if ranged:
         random = np.random.default_rng(0)
         rows[:, 3] = distance - ROPE.radius + noise * random.normal(size=len(points))
         rows[:, 4], rows[:, 5] = ROPE.radius, RANGE_SIGMA
     else:
-        rows[:, 6] = RAY_SIGMA
+        rows[:, 5] = RAY_SIGMA
     return rows
 
 

@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.grippers import swept_gripper_points
-from lariat.geometry.near_pairs import near_pairs
-from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.near_pairs import NO_PAIRS, near_pairs
+from lariat.geometry.obstacles import Obstacle, bounding_box, out_of_reach
 from lariat.geometry.polylines import with_midpoints
 
 MILLIMETRE = 1e3
@@ -72,10 +72,13 @@ def rope_clearance_residuals(
         jacobian: Derivative of the nodes with respect to the variables.
         avoidance: Obstacles and clearances.
     """
-    count = nodes.shape[1]
-    points = with_midpoints(nodes).reshape(-1, 3)
-    reach = avoidance.clearance + avoidance.radius
-    hits = near_pairs(points, avoidance.obstacles, np.full(len(points), reach))
+    count, reach = nodes.shape[1], avoidance.clearance + avoidance.radius
+    box = bounding_box(nodes)
+    near = [o for o in avoidance.obstacles if not out_of_reach(box, o, reach)]
+    hits = NO_PAIRS
+    if near:
+        points = with_midpoints(nodes).reshape(-1, 3)
+        hits = near_pairs(points, near, np.full(len(points), reach))
     if not len(hits.points):
         return np.zeros(0), np.zeros((0, jacobian.shape[-1]))
     step, at = np.divmod(hits.points, 2 * count - 1)
@@ -96,10 +99,13 @@ def gripper_clearance_residuals(
         grips: Predicted grips.
         avoidance: Obstacles and clearances.
     """
-    bodies = swept_gripper_points(grips.positions, grips.orientations, avoidance.gripper_reach)
-    hits = near_pairs(
-        bodies, avoidance.gripper_obstacles, np.full(len(bodies), avoidance.gripper_clearance)
-    )
+    box, reach = bounding_box(grips.positions), avoidance.gripper_reach
+    farthest = reach + avoidance.gripper_clearance
+    near = [o for o in avoidance.gripper_obstacles if not out_of_reach(box, o, farthest)]
+    bodies, hits = np.zeros((0, 3)), NO_PAIRS
+    if near:
+        bodies = swept_gripper_points(grips.positions, grips.orientations, reach)
+        hits = near_pairs(bodies, near, np.full(len(bodies), avoidance.gripper_clearance))
     if not len(hits.points):
         return np.zeros(0), np.zeros((0, grips.position_jacobian.shape[-1]))
     # Points lie three to a gripper, two grippers to a step.

@@ -35,21 +35,22 @@ def overstretch(
         avoidance: Limits of grip distance and stretch.
         rest_length: Length of the model at rest [m], which may be learnt.
     """
-    chord = nodes[:, -1] - nodes[:, 0]
-    distance = np.linalg.norm(chord, axis=1)
-    direction = chord / np.maximum(distance, 1e-9)[:, None]
-    edges = np.diff(nodes, axis=1)
-    lengths = np.linalg.norm(edges, axis=2)
+    count, size = len(nodes), jacobian.shape[-1]
+    chord, edges = nodes[:, -1] - nodes[:, 0], nodes[:, 1:] - nodes[:, :-1]
+    distance = np.sqrt(np.einsum("hc,hc->h", chord, chord))
+    lengths = np.sqrt(np.einsum("hnc,hnc->hn", edges, edges))
     along = edges / np.maximum(lengths, 1e-9)[..., None]
-    values = [
-        distance - avoidance.max_grip_distance,
-        lengths.sum(axis=1) - (1.0 + avoidance.max_stretch) * rest_length,
-    ]
-    rows = [
-        np.einsum("hc,hcv->hv", direction, jacobian[:, -1] - jacobian[:, 0]),
-        np.einsum("hnc,hncv->hv", along, np.diff(jacobian, axis=1)),
-    ]
-    return np.concatenate(values), np.concatenate(rows)
+    # Derivatives of distance and length in the nodes.
+    pulls = np.zeros((count, 2, *nodes.shape[1:]))
+    pulls[:, 0, -1] = chord / np.maximum(distance, 1e-9)[:, None]
+    pulls[:, 0, 0] = -pulls[:, 0, -1]
+    pulls[:, 1, 1:] = along
+    pulls[:, 1, :-1] -= along
+    values = np.empty((count, 2))
+    values[:, 0] = distance - avoidance.max_grip_distance
+    values[:, 1] = lengths.sum(axis=1) - (1.0 + avoidance.max_stretch) * rest_length
+    rows = pulls.reshape(count, 2, -1) @ jacobian.reshape(count, -1, size)
+    return values.ravel(), rows.reshape(-1, size)
 
 
 def limit_grip_distance(
@@ -103,8 +104,10 @@ def constrained_step(
     """
     step = -np.linalg.solve(hessian, gradient)
     violation = values + rows @ step
+    if np.max(violation) <= CONSTRAINT_TOLERANCE:
+        return step
     (movable,) = np.nonzero(np.linalg.norm(rows, axis=1) > 1e-12)
-    if not len(movable) or np.max(violation[movable]) <= CONSTRAINT_TOLERANCE:
+    if not len(movable):
         return step
     responses = np.linalg.solve(hessian, rows[movable].T)
     coupling, excess = rows[movable] @ responses, violation[movable]

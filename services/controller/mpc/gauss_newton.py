@@ -63,6 +63,12 @@ class GaussNewton:
         (self._free,) = np.nonzero(moves.ravel())
         # The mean velocity of a step is the average of its two ends.
         self._means = 0.5 * (np.eye(step_count) + np.eye(step_count, k=-1))
+        free = len(self._free)
+        self._mean_components = np.kron(self._means, np.eye(free))
+        # Mean velocities at a displacement by one unit, with even velocities at the ends of steps.
+        even = np.tile(np.eye(free), (step_count, 1)) / (step_count * time_step)
+        self._even_means = self._mean_components @ even
+        self._columns = (12 * np.arange(step_count)[:, None] + self._free).ravel()
         self._rotation_jacobian = self._turns()
         self.reset()
 
@@ -90,34 +96,31 @@ class GaussNewton:
             problem: State, reference and bounds of this horizon.
             avoidance: Obstacles and clearances.
         """
-        count, dt = self.step_count, self.time_step
-        means = self._means
+        count, dt, free = self.step_count, self.time_step, self._free
+        means = self._mean_components
         initial_velocity = problem.velocity.reshape(2, 6)
-        unit = np.where(np.arange(6) < 3, 1.0, rod.properties.length / (2.0 * np.pi))
-        units = np.tile(unit, (2, 1))[self.moves]
+        begun = initial_velocity.ravel()[free]
+        unit = np.where(free % 6 < 3, 1.0, rod.properties.length / (2.0 * np.pi))
         velocities = self._bounded(self._velocities, initial_velocity)
-        free = len(self._free)
         nodes, cost = problem.reference, {}
         for _ in range(self.iterations):
-            actions = problem.path + np.einsum("hk,kec->hec", means, velocities)
-            actions[0] += 0.5 * initial_velocity
+            ends = np.concatenate([initial_velocity[None], velocities])
+            actions = problem.path + 0.5 * (ends[1:] + ends[:-1])
             spec = RolloutSpec(problem.state, actions, dt, obstacles=problem.supports)
             linear = rod.linearize(spec)
-            halves = linear.d_positions_d_actions
-            halves = halves.reshape(*halves.shape[:4], 12).take(self._free, axis=-1)
-            halves *= 0.5
-            # Product with `means`, whose columns have two entries of one half each.
-            jacobian = halves.copy()
-            jacobian[:, :, :, :-1] += halves[:, :, :, 1:]
-            units = np.maximum(units, self._node_response(jacobian))
-            jacobian = jacobian.reshape(*jacobian.shape[:3], count * free)
             model = linear.rollout.positions
+            # In the mean velocities; the products below, not this array, are carried on to those
+            # at the ends of the steps.
+            jacobian = linear.d_positions_d_actions
+            jacobian = jacobian.reshape(*model.shape, -1).take(self._columns, axis=-1)
+            unit = np.maximum(unit, self._node_response(jacobian))
             values, rows = overstretch(model, jacobian, avoidance, rod.properties.length)
             nodes = model + problem.offset
+            last = model.shape[1] - 1
             grips = GripPrediction(
-                model[:, [0, -1]],
+                model[:, ::last],
                 linear.rollout.orientations[:, [0, -1]],
-                jacobian[:, [0, -1]],
+                jacobian[:, ::last],
                 self._rotation_jacobian,
             )
             rope = rope_terms(
@@ -130,49 +133,48 @@ class GaussNewton:
                 self.weights.along,
                 problem.counted,
             )
-            effort = effort_terms(
-                velocities[:, self.moves], initial_velocity[self.moves], units, self.weights, dt
-            )
+            free_velocities = velocities.reshape(count, 12)[:, free]
+            effort = effort_terms(free_velocities, begun, unit, self.weights, dt)
             orientation = orientation_terms(
-                velocities[:, self.moves],
-                means,
-                problem.rotation[self.moves] + 0.5 * dt * initial_velocity[self.moves],
-                problem.oriented[self.moves],
-                units,
+                free_velocities,
+                self._means,
+                problem.rotation.ravel()[free] + 0.5 * dt * begun,
+                problem.oriented.ravel()[free],
+                unit,
                 dt,
             )
-            hessian = rope.hessian + effort.hessian + orientation.hessian
-            hessian[np.diag_indices_from(hessian)] *= 1.0 + LEVENBERG_DAMPING
-            gradient = rope.gradient + effort.gradient + orientation.gradient
-            step = constrained_step(hessian, gradient, values, rows)
+            hessian = means.T @ rope.hessian @ means + effort.hessian + orientation.hessian
+            hessian.ravel()[:: len(hessian) + 1] *= 1.0 + LEVENBERG_DAMPING
+            gradient = rope.gradient @ means + effort.gradient + orientation.gradient
+            step = constrained_step(hessian, gradient, values, rows @ means)
             changed = velocities.copy()
-            changed[:, self.moves] += step.reshape(count, free)
+            changed.reshape(count, 12)[:, free] += step.reshape(count, -1)
             changed = self._bounded(changed, initial_velocity)
-            nodes = nodes + jacobian @ (changed - velocities)[:, self.moves].ravel()
+            change = (changed - velocities).reshape(count, 12)[:, free]
+            nodes = nodes + jacobian @ (means @ change.ravel())
             velocities, cost = changed, {**rope.cost, **effort.cost, **orientation.cost}
         self._velocities = velocities
         return HorizonPlan(velocities.reshape(count, 2, 2, 3), nodes, cost, self.iterations)
 
     def _turns(self) -> Float64[np.ndarray, "h 2 3 v"]:
-        """Derivative of the grips' rotations, small within a horizon, in its velocities."""
+        """Derivative of the grips' rotations, small within a horizon, in the mean velocities."""
         count = self.step_count
-        travel = self.time_step * np.cumsum(self._means, axis=0)
+        travel = self.time_step * np.tri(count)
         turns = np.zeros((count, 2, 3, count, 2, 6))
         for end in range(2):
             for axis in range(3):
                 turns[:, end, axis, :, end, 3 + axis] = travel
         return turns[..., self.moves].reshape(count, 2, 3, -1)
 
-    def _node_response(
-        self, jacobian: Float64[np.ndarray, "h n 3 h m"]
-    ) -> Float64[np.ndarray, "m"]:
+    def _node_response(self, jacobian: Float64[np.ndarray, "h n 3 v"]) -> Float64[np.ndarray, "m"]:
         """Node displacement at the horizon's end per unit of a grip's displacement [m].
 
         A rope that is about to snap through moves far for a small rotation of a grip; the effort of
         that rotation is then the effort of the motion.
         """
-        moved = jacobian[-1].sum(axis=2) / (self.step_count * self.time_step)
-        return np.sqrt(np.mean(np.sum(moved**2, axis=1), axis=0))
+        count = jacobian.shape[1]
+        moved = jacobian[-1].reshape(3 * count, -1) @ self._even_means
+        return np.sqrt(np.einsum("am,am->m", moved, moved) / count)
 
     def _bounded(
         self,

@@ -90,35 +90,29 @@ def rope_terms(
         along: Weight of a node's place along the rope, relative to its distance across it [-].
         counted: Nodes whose distances from the reference count; None for all.
     """
-    horizon, count = nodes.shape[:2]
-    scale = MILLIMETRE / np.sqrt(count)
-    miss, response = nodes - reference, jacobian
+    horizon, count, _, size = jacobian.shape
+    offset = nodes - reference
+    miss, response = offset, jacobian
     if along < 1.0:
         tangents = poses.normalized(np.gradient(reference, axis=1))
         miss = _less_along(miss[..., None], tangents, along)[..., 0]
         response = _less_along(response, tangents, along)
-    tracked = scale
     if counted is not None:
         miss, response = miss[:, counted], response[:, counted]
-        tracked = MILLIMETRE / np.sqrt(miss.shape[1])
-    rows = [tracked * response.reshape(miss.size, -1)]
-    residuals = [tracked * miss.ravel()]
-    terms = ["tracking"]
+    terms = [("tracking", MILLIMETRE**2 / miss.shape[1], miss, response)]
     if horizon > 1:
-        swing = scale * SWING_TIME / dt
-        terms.append("calm")
-        rows.append(swing * (jacobian[-1] - jacobian[-2]).reshape(3 * count, -1))
-        residuals.append(swing * np.diff((nodes - reference)[-2:], axis=0).ravel())
-    for name, (residual, row) in (
-        ("obstacles", rope_clearance_residuals(nodes, jacobian, avoidance)),
-        ("grippers", gripper_clearance_residuals(grips, avoidance)),
-    ):
-        terms.append(name)
-        residuals.append(residual)
-        rows.append(row)
-    stacked, residual = np.concatenate(rows), np.concatenate(residuals)
-    cost = {name: float(r @ r) for name, r in zip(terms, residuals, strict=True)}
-    return NormalEquations(stacked.T @ stacked, stacked.T @ residual, cost)
+        weight = (MILLIMETRE * SWING_TIME / dt) ** 2 / count
+        terms.append(("calm", weight, offset[-1] - offset[-2], jacobian[-1] - jacobian[-2]))
+    terms.append(("obstacles", 1.0, *rope_clearance_residuals(nodes, jacobian, avoidance)))
+    terms.append(("grippers", 1.0, *gripper_clearance_residuals(grips, avoidance)))
+    hessian, gradient, cost = np.zeros((size, size)), np.zeros(size), {}
+    for name, weight, residuals, rows in terms:
+        residual, row = residuals.ravel(), rows.reshape(residuals.size, size)
+        cost[name] = weight * float(residual @ residual)
+        if len(residual):
+            hessian += weight * (row.T @ row)
+            gradient += weight * (row.T @ residual)
+    return NormalEquations(hessian, gradient, cost)
 
 
 def _less_along(
@@ -146,27 +140,39 @@ def effort_terms(
         dt: Duration of a step of the horizon [s].
     """
     horizon, count = velocities.shape
-    scale = np.tile(MILLIMETRE * unit, horizon)
-    speed_scale = np.sqrt(weights.speed) * scale
-    change = np.sqrt(weights.acceleration) / dt * scale[:, None] * _changes(horizon, count)
-    initial = np.sqrt(weights.acceleration) / dt * MILLIMETRE * unit * initial_velocity
-    acceleration = change @ velocities.ravel()
-    acceleration[:count] -= initial
-    speed = speed_scale * velocities.ravel()
-    hessian = change.T @ change
-    hessian[np.diag_indices(len(hessian))] += speed_scale**2
+    scale = MILLIMETRE * unit
+    inertia = weights.acceleration / dt**2
+    scales, speed = np.tile(scale, horizon), (scale * velocities).ravel()
+    begun = scale * initial_velocity
+    change = speed - np.concatenate([begun, speed[:-count]])
+    matrix = _effort(horizon, count, weights.speed, inertia)
+    gradient = matrix @ speed
+    gradient[:count] -= inertia * begun
     return NormalEquations(
-        hessian,
-        speed_scale * speed + change.T @ acceleration,
-        {"speed": float(speed @ speed), "acceleration": float(acceleration @ acceleration)},
+        matrix * (scales[:, None] * scales),
+        scales * gradient,
+        {
+            "speed": weights.speed * float(speed @ speed),
+            "acceleration": inertia * float(change @ change),
+        },
     )
 
 
 @lru_cache
-def _changes(horizon: int, count: int) -> Float64[np.ndarray, "v v"]:
-    """Matrix from the velocities at the ends of steps to their changes within the steps."""
+def _effort(
+    horizon: int, count: int, speed: float, acceleration: float
+) -> Float64[np.ndarray, "v v"]:
+    """Matrix of the effort's quadratic form in the velocities at the ends of steps.
+
+    Args:
+        horizon: Number of steps.
+        count: Number of components of a velocity.
+        speed: Weight of squared velocities.
+        acceleration: Weight of their squared changes within the steps.
+    """
     size = horizon * count
-    return np.eye(size) - np.eye(size, k=-count)
+    changes = np.eye(size) - np.eye(size, k=-count)
+    return speed * np.eye(size) + acceleration * changes.T @ changes
 
 
 def orientation_terms(

@@ -25,6 +25,9 @@ SAME_POSE_TOLERANCE = 1e-12
 MAX_SOLVED_STRIDE = 0.025
 """Longest motion of a grip between two poses for which joints are solved [m]."""
 
+Path = Float64[np.ndarray, "m j"]
+"""Joint angles along a path, the present ones first [rad]."""
+
 
 class JointConstraints:
     """Constraints on the joints of one arm, which track the commanded grip."""
@@ -42,6 +45,8 @@ class JointConstraints:
         """Joints of the commanded grip; None until the arm has reported."""
         self._solved: tuple[Pose, Joints] | None = None
         """Grip pose that was solved last from the present joints, and its joints."""
+        self._followed: Path | None = None
+        """Path of the joints that was followed last; None where it led out of reach."""
         self._links = Spheres(np.zeros((0, 0, 3)), np.zeros(0))
         """Spheres of the links along the path that was checked last, the present ones first."""
         self._near_solids = NearSolids()
@@ -88,6 +93,21 @@ class JointConstraints:
             np.max(np.abs(self.kinematics.joint_speed(joints, velocity))) > self.joint_speed
         )
 
+    def follow(
+        self, positions: Float64[np.ndarray, "m 3"], orientations: Float64[np.ndarray, "m 4"]
+    ) -> None:
+        """Solve the joints along a path of the grip, which `too_fast` and `broken_on_path` judge.
+
+        Args:
+            positions: Poses of the grip for which joints are solved, near the command [m].
+            orientations: Its orientations, wxyz.
+        """
+        self._followed = None
+        if self.joints is not None:
+            self._followed = self.kinematics.follow(positions, orientations, self.joints)
+        if self._followed is not None:
+            self._solved = Pose(positions[0], orientations[0]), self._followed[1]
+
     def broken(
         self,
         positions: Float64[np.ndarray, "m 3"],
@@ -108,23 +128,35 @@ class JointConstraints:
             dt: Time between two poses, for the joint speeds [s]; None where the poses are not
                 evenly spaced in time.
         """
-        if self.joints is None:
-            return "lost_link", 0.0
-        joints = self.kinematics.follow(positions[solved], orientations[solved], self.joints)
-        if joints is None:
-            # The reach ends where the arm is stretched out, which is singular.
-            return "singularity", 0.0
-        self._solved = Pose(positions[solved[0]], orientations[solved[0]]), joints[1]
-        self._links = Spheres(*self.kinematics.link_spheres(joints))
-        if dt is not None:
+        self.follow(positions[solved], orientations[solved])
+        joints = self._followed
+        if joints is not None and dt is not None:
             steps = np.diff(np.array(solved)) * dt
-            rates = np.abs(np.diff(joints[1:], axis=0)) / steps[:, None]
+            rates = np.abs(joints[2:] - joints[1:-1]) / steps[:, None]
             excess = float(np.max(rates, initial=0.0)) - self.joint_speed
             if excess > 0.0:
                 return "joint_speed", excess
+        return self.broken_on_path(collision, margin)
+
+    def broken_on_path(
+        self, collision: CollisionConstraint, margin: float
+    ) -> tuple[Rule, float] | None:
+        """Return the first rule that the path that was followed breaks, and by how much [rad, m].
+
+        Args:
+            collision: Constraint on the distance of the links from obstacles.
+            margin: Slack that the links keep from obstacles [m].
+        """
+        if self.joints is None:
+            return "lost_link", 0.0
+        if self._followed is None:
+            # The reach ends where the arm is stretched out, which is singular.
+            return "singularity", 0.0
+        path = self._followed
+        self._links = Spheres(*self.kinematics.link_spheres(path))
         slacks: Slacks = {
-            "joint_limits": self._range_slack(joints),
-            "singularity": singularity_slack(self.kinematics, joints),
+            "joint_limits": self._range_slack(path),
+            "singularity": singularity_slack(self.kinematics, path),
         }
         links = collision.slacks(self._links.centres, self._links.radii, self._near_solids)
         return first_broken(slacks) or first_broken(links, margin)
@@ -137,7 +169,7 @@ class JointConstraints:
     def _range_slack(self, rows: Float64[np.ndarray, "m j"]) -> Float64[np.ndarray, "m"]:
         """Return the least distance of the joints from the ends of their ranges [rad]."""
         low, high = self.kinematics.joint_range
-        return np.min(np.minimum(rows - low, high - rows), axis=1)
+        return np.minimum.reduce(np.minimum(rows - low, high - rows), axis=1)
 
     def link_slacks(self, measured: Joints, collision: CollisionConstraint) -> Slacks:
         """Return the slacks of the links for the commanded and the measured joints [m].
@@ -150,9 +182,13 @@ class JointConstraints:
 
     def spheres(self) -> Spheres:
         """Return the spheres that cover the arm along the path that was checked last."""
+        links, base = self.bodies()
+        return Spheres.joined([links, base.repeated(len(links.centres))])
+
+    def bodies(self) -> tuple[Spheres, Spheres]:
+        """Return the spheres of the links along the path that was checked last, and the base's."""
         centres, radii = self.kinematics.base_spheres
-        base = np.broadcast_to(centres, (len(self._links.centres), *centres.shape))
-        return Spheres.joined([self._links, Spheres(base, radii)])
+        return self._links, Spheres(centres[None], radii)
 
 
 def solved_poses_of_chunk(positions: Float64[np.ndarray, "m ends 3"]) -> list[int]:

@@ -238,7 +238,8 @@ class Pose:
 def pose_difference(a: Pose, b: Pose) -> tuple[float, float]:
     """Return distance and angle between two poses [m, rad]."""
     distance = math.dist(a.position.tolist(), b.position.tolist())
-    w, x, y, z = _hamilton(*b.orientation.tolist(), *conjugate(a.orientation).tolist())
+    w, x, y, z = a.orientation.tolist()
+    w, x, y, z = _hamilton(*b.orientation.tolist(), w, -x, -y, -z)
     return distance, 2.0 * math.atan2(math.hypot(x, y, z), abs(w))
 
 

@@ -53,11 +53,11 @@ class Bodies:
         size = sum(len(part.radii) for part in parts)
         if count > len(self.centres) or size != len(self.radii):
             self.centres = np.zeros((max(2 * count, LEAST_ROOM), size, 3))
-            self.radii = np.concatenate([part.radii for part in parts])
+            self.radii = np.zeros(size)
         first = 0
         for part in parts:
             end = first + len(part.radii)
-            self.centres[:count, first:end] = part.centres
+            self.centres[:count, first:end], self.radii[first:end] = part.centres, part.radii
             first = end
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
@@ -79,7 +80,8 @@ class SetpointFollower:
         self.limits = limits
         self.tracker = ReferenceTracker(self.limits)
         self.paths = PathCheck(boundaries, self.driven, joint_constraints)
-        self._blend: Callable[[Spline, MotionState, int, float], Blend] = Blend
+        self._spline: Callable[[SetpointChunk, int], Spline] = Spline
+        self._blend: Callable[[Any, MotionState, int, float], Blend] = Blend
         self.stops = 0
         """Number of times that the command was halted or placed: what arrived before is void."""
         self.place(starts)
@@ -90,8 +92,9 @@ class SetpointFollower:
         found = motion_kernels.compiled()
         if found is not None and self.driven:
             reference, command = found
-            self._blend = partial(motion_kernels.CompiledBlend, reference)
-            self.tracker = motion_kernels.CompiledTracker(command, self.tracker)
+            self._spline = partial(motion_kernels.CompiledSpline, reference)
+            self._blend = motion_kernels.CompiledBlend
+            self.tracker = motion_kernels.CompiledTracker(command, self.tracker, len(self.driven))
 
     @property
     def constraints(self) -> MotionConstraints:
@@ -179,7 +182,7 @@ class SetpointFollower:
         """
         validation.check_finite(chunk, len(self.driven), self.tolerances)
         validation.check_fresh(chunk, now, offset, self.tolerances)
-        return ChunkCheck(chunk, offset, self.paths, self.limits, self.tolerances)
+        return ChunkCheck(chunk, offset, self.paths, self.limits, self.tolerances, self._spline)
 
     def advance(self, check: ChunkCheck, now: int) -> bool:
         """Check the next piece of a chunk at `now` [ns]; return whether its curve may be followed.

@@ -211,13 +211,14 @@ def follow_path(
     step_limit: ti.f64,
     tolerance: ti.f64,
     iterations: ti.i32,
+    poses: ti.i32,
+    rows: ti.i32,
 ):
     """Solve joints along a path of the grip, each from those before; place links and Jacobian.
 
     Args:
         chain: The arm, rows as above.
-        grips: Poses of the grip in the world, position and quaternion wxyz; none where the path is
-            given.
+        grips: Poses of the grip in the world, position and quaternion wxyz.
         path: Joints: the first row at the beginning, then one for each grip.
         spheres: Joint and centre of each sphere that covers a link [m].
         centres: Receives their centres in the world, for each row of the path in turn [m].
@@ -228,6 +229,8 @@ def follow_path(
         step_limit: Largest change of a joint in one step [rad].
         tolerance: Error of a pose that is solved [m, rad].
         iterations: Most steps.
+        poses: Number of poses of the grip; none where the path is given.
+        rows: Number of rows of the path whose links and Jacobian are wanted.
     """
     ti.loop_config(serialize=True)
     for _ in range(1):
@@ -235,7 +238,7 @@ def follow_path(
         Rg, tg = rotation_of(chain, joints + 2), vector_of(chain, joints + 2, 9)
         Rb, tb = rotation_of(chain, joints + 1), vector_of(chain, joints + 1, 9)
         solved = 0
-        for m in range(grips.shape[0]):
+        for m in range(poses):
             w, x, y, z = grips[m, 3], grips[m, 4], grips[m, 5], grips[m, 6]
             Rq = ti.Matrix(
                 [
@@ -271,10 +274,10 @@ def follow_path(
                         for k in range(joints):
                             path[m + 1, k] += share * scratch[right + k]
             solved += found
-        if solved == grips.shape[0]:
+        if solved == poses:
             world, base = rotation_of(chain, joints + 3), vector_of(chain, joints + 3, 9)
             one = ti.Matrix([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], dt=ti.f64)
-            for m in range(singular_values.shape[0]):
+            for m in range(rows):
                 place(chain, path, m, scratch)
                 for s in range(spheres.shape[0]):
                     joint = ti.cast(spheres[s, 0], ti.i32)

@@ -207,7 +207,7 @@ class UrdfKinematics:
         Damped Newton steps of bounded size on the logarithm of the pose error in SE(3).
         """
         if self._kernel is not None:
-            return self._kernel.solve(np.concatenate([grip.position, grip.orientation]), near)
+            return self._kernel.solve(grip.position, grip.orientation, near)
         goal = self._se3_base_world * _to_se3(grip) * self._se3_grip_flange
         joints = np.array(near, dtype=float)
         damping = self._damping
@@ -246,7 +246,7 @@ class UrdfKinematics:
             near: Joints at the beginning, which the path begins with [rad].
         """
         if self._kernel is not None:
-            self._latest = self._kernel.follow(np.hstack([positions, orientations]), near)
+            self._latest = self._kernel.follow(positions, orientations, near)
             return None if self._latest is None else self._latest.joints
         rows = [near]
         for pose in map(Pose, positions, orientations):

@@ -24,6 +24,8 @@ SAME_POSE_TOLERANCE = 1e-12
 """Difference in position and quaternion up to which two grip poses count as one [m, -]."""
 MAX_SOLVED_STRIDE = 0.025
 """Longest motion of a grip between two poses for which joints are solved [m]."""
+SURE_SHARE = 1.0 - 1e-9
+"""Share of that below which rounding plays no part [-]."""
 
 Path = Float64[np.ndarray, "m j"]
 """Joint angles along a path, the present ones first [rad]."""
@@ -193,21 +195,24 @@ class JointConstraints:
 
 def solved_poses_of_chunk(positions: Float64[np.ndarray, "m ends 3"]) -> list[int]:
     """Return the poses of a chunk for which joints are solved: dense enough, the last included."""
-    steps = np.linalg.norm(np.diff(positions, axis=0), axis=-1)
-    longest = float(np.max(np.sum(steps, axis=0), initial=0.0))
+    moves = positions[1:] - positions[:-1]
+    steps = np.sqrt(np.add.reduce(moves * moves, axis=-1))
+    longest = float(np.add.reduce(steps).max(initial=0.0))
     count = min(
         len(positions), max(LEAST_SOLVED_POSES, 1 + int(np.ceil(longest / MAX_SOLVED_STRIDE)))
     )
+    stride, last = max(1, (len(positions) - 1) // max(count - 1, 1)), len(positions) - 1
+    if stride * steps.max(initial=0.0) < SURE_SHARE * MAX_SOLVED_STRIDE:
+        return [*range(0, last, stride), last]
     # Where the motion is fast the poses are far apart: none of them is left out there.
     solved, rows = [0], steps.tolist()
     travelled = [0.0] * positions.shape[1]
-    stride = max(1, (len(positions) - 1) // max(count - 1, 1))
     for k in range(1, len(positions)):
         travelled = [way + step for way, step in zip(travelled, rows[k - 1], strict=True)]
         far = k + 1 < len(positions) and any(
             way + step > MAX_SOLVED_STRIDE for way, step in zip(travelled, rows[k], strict=True)
         )
-        if far or k - solved[-1] >= stride or k == len(positions) - 1:
+        if far or k - solved[-1] >= stride or k == last:
             solved.append(k)
             travelled = [0.0] * len(travelled)
     return solved

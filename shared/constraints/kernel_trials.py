@@ -29,7 +29,7 @@ def _spheres(count: int, poses: int, seed: int) -> tuple[np.ndarray, np.ndarray]
 def sphere_slacks() -> list[Trial]:
     """Return spheres among obstacles of every shape."""
     (centres, radii), slacks = _spheres(8, 5, 0), np.zeros((5, 2))
-    return [Trial((centres, radii, OBSTACLES, slacks, 0.005, 0.05), (slacks,))]
+    return [Trial((centres, radii, OBSTACLES, slacks, 0.005, 0.05, 5), (slacks,))]
 
 
 def gripper_slacks() -> list[Trial]:

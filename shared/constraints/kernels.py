@@ -104,6 +104,7 @@ def sphere_slacks(
     slacks: rows_f64,
     keep_out: ti.f64,
     exact_slack: ti.f64,
+    poses: ti.i32,
 ):
     """Write the slacks of spheres at m poses.
 
@@ -115,10 +116,11 @@ def sphere_slacks(
             of the half spaces for each pose [m].
         keep_out: Least distance from a solid [m].
         exact_slack: Slack from which on a lower bound serves [m].
+        poses: Number of poses.
     """
     ti.loop_config(serialize=True)
     for _ in range(1):
-        write_slacks(centres, radii, obstacles, keep_out, exact_slack, slacks, 0, slacks.shape[0])
+        write_slacks(centres, radii, obstacles, keep_out, exact_slack, slacks, 0, poses)
 
 
 @ti.func

@@ -123,14 +123,13 @@ def test_distance_between_bodies_is_that_of_numpy() -> None:
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
-def test_distance_between_bodies_that_are_not_finite_breaks_the_rule(wrong: float) -> None:
+def test_distance_between_bodies_that_are_no_numbers_breaks_the_rule() -> None:
     spacing = BodySpacing(0.005)
     left, right = (Spheres(np.full((3, 2, 3), far), np.ones(2)) for far in (0.0, 9.0))
     assert first_broken({"spacing": spacing.slack((left,), (right,), 3, KERNELS)}) is None
-    left.centres[1, 0, 2] = wrong
+    left.centres[1, 0, 2] = np.nan
     slack = spacing.slack((left,), (right,), 3, KERNELS)
-    assert np.isnan(slack[1]) or slack[1] == np.inf
+    assert first_broken({"spacing": slack}) is not None
 
 
 def test_a_path_with_more_poses_than_there_was_room_for_is_judged_whole() -> None:
@@ -145,12 +144,13 @@ def test_rules_that_a_path_breaks_are_those_of_numpy() -> None:
     plain, compiled = (constraints((0, 1), OBSTACLES, on, ()) for on in (False, True))
     rng = np.random.default_rng(6)
     rules = set()
-    for _ in range(300):
-        grips = path(rng)
+    for _ in range(500):
+        positions, turns = path(rng)
+        grips = 1.3 * positions, turns
         margin = rng.choice([0.0, 0.002])
         found, expected = (made.broken(*grips, margin) for made in (compiled, plain))
         rules.add(expected and expected[0])
         assert (found and found[0]) == (expected and expected[0])
         if found and expected:
             np.testing.assert_allclose(found[1], expected[1], rtol=0.0, atol=1e-12)
-    assert rules >= {None, "workspace", "keep_out", "table", "spacing"}
+    assert rules >= {None, "workspace", "keep_out", "table", "overstretch"}, rules

@@ -6,6 +6,8 @@ are solved from there.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Float64
 
@@ -74,9 +76,7 @@ class JointConstraints:
         begun = near is self.joints
         if begun and self._solved is not None:
             pose, joints = self._solved
-            if np.max(np.abs(pose.position - grip.position)) < SAME_POSE_TOLERANCE and (
-                np.max(np.abs(pose.orientation - grip.orientation)) < SAME_POSE_TOLERANCE
-            ):
+            if _near(pose.position, grip.position) and _near(pose.orientation, grip.orientation):
                 return joints
         found = self.kinematics.solve(grip, near)
         if found is not None and begun:
@@ -193,6 +193,13 @@ class JointConstraints:
         return self._links, Spheres(centres[None], radii)
 
 
+def _near(a: Float64[np.ndarray, "k"], b: Float64[np.ndarray, "k"]) -> bool:
+    """Return whether a few numbers of two poses are the same; NumPy takes twice as long."""
+    return all(
+        abs(x - y) < SAME_POSE_TOLERANCE for x, y in zip(a.tolist(), b.tolist(), strict=True)
+    )
+
+
 def solved_poses_of_chunk(positions: Float64[np.ndarray, "m ends 3"]) -> list[int]:
     """Return the poses of a chunk for which joints are solved: dense enough, the last included."""
     moves = positions[1:] - positions[:-1]
@@ -223,7 +230,7 @@ def solved_poses_of_stop(positions: Float64[np.ndarray, "m ends 3"]) -> list[int
 
     A stop is planned anew at every tick, so that few of its poses suffice.
     """
-    longest = float(np.max(np.linalg.norm(positions[-1] - positions[0], axis=-1)))
+    longest = max(map(math.dist, positions[-1].tolist(), positions[0].tolist()))
     count = 2 + int(longest / MAX_SOLVED_STRIDE)
     step = (len(positions) - 1) / (count - 1)
     return sorted({*(round(k * step) for k in range(count - 1)), len(positions) - 1})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float64
@@ -63,12 +64,16 @@ class MotionConstraints:
         self._ends = np.repeat(self.driven, [len(centres) for centres, _ in spheres])
         self._centres = np.concatenate([np.zeros((0, 3)), *(centres for centres, _ in spheres)])
         self._radii = np.array([r for centres, r in spheres for _ in centres])
+        ends = np.cumsum([0, *(len(centres) for centres, _ in spheres)]).tolist()
+        self._columns = {
+            end: slice(*span) for end, span in zip(self.driven, pairwise(ends), strict=True)
+        }
+        """Spheres of each driven end."""
         self._near_solids = NearSolids()
         self._kernel: GripperKernel | None = None
         """Compiled slacks; None: those of NumPy."""
-        self.centres: Float64[np.ndarray, "m k 3"] | None = None
-        """Centres of the spheres along the path whose slacks were asked for last [m]; None where
-        they are not compiled."""
+        self.centres = np.zeros((0, len(self._radii), 3))
+        """Centres of the spheres along the path whose slacks were asked for last [m]."""
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
@@ -103,11 +108,11 @@ class MotionConstraints:
         """Return the slack of every rule on grips and grippers at m poses of all ends [m]."""
         if self._kernel is not None:
             return self._named(self._table(self._kernel, positions, orientations), positions)
-        centres = self._sphere_centres(positions, orientations)
+        self.centres = self.gripper_centres(positions, orientations)
         result: Slacks = {
             "workspace": workspace_slack(positions[:, self.driven], self.boundaries.workspace),
             "keep_in": region_slack(positions[:, self.driven], self.boundaries.regions),
-            **self.collision.slacks(centres, self._radii, self._near_solids),
+            **self.collision.slacks(self.centres, self._radii, self._near_solids),
         }
         if positions.shape[1] == 2:
             distances = grip_distances(positions)
@@ -176,38 +181,43 @@ class MotionConstraints:
         """
         collision = CollisionConstraint(self.boundaries.keep_out)
         collision.scene = ObstacleScene(bodies)
-        result = collision.slacks(self._sphere_centres(positions, orientations), self._radii)
+        result = collision.slacks(self.gripper_centres(positions, orientations), self._radii)
         if positions.shape[1] == 2:
             distances = grip_distances(positions)
             result["overstretch"] = self.rope_length.slack(positions, distances)
         return result
 
-    def _sphere_centres(
+    def gripper_centres(
         self,
         positions: Float64[np.ndarray, "m ends 3"],
         orientations: Float64[np.ndarray, "m ends 4"],
     ) -> Float64[np.ndarray, "m k 3"]:
-        """Return the centres of the spheres that cover the driven grippers."""
+        """Return the centres of the spheres that cover the driven grippers [m]."""
+        if self._kernel is not None:
+            return self._kernel(positions, orientations, self.collision.scene).centres
         return positions[:, self._ends] + poses.rotate(orientations[:, self._ends], self._centres)
 
-    def gripper_spheres(
+    def gripper_spheres(self, end: int, centres: Float64[np.ndarray, "m k 3"]) -> Spheres:
+        """Return the spheres that cover the gripper of a driven end.
+
+        Args:
+            end: Index of the end.
+            centres: Centres of all driven grippers [m].
+        """
+        columns = self._columns[end]
+        return Spheres(centres[:, columns], self._radii[columns])
+
+    def placed_gripper(
         self,
         end: int,
         positions: Float64[np.ndarray, "m 3"],
         orientations: Float64[np.ndarray, "m 4"],
-        centres: Float64[np.ndarray, "m k 3"] | None = None,
     ) -> Spheres:
-        """Return the spheres that cover the gripper of one end at m poses.
+        """Return the spheres that cover the gripper of any end at m poses of its grip.
 
         Args:
             end: Index of the end.
             positions: Positions of its grip [m].
             orientations: Its orientations, wxyz.
-            centres: Centres of all driven grippers at these poses, where they are known [m].
         """
-        if centres is not None and end in self.driven:
-            first = int(np.searchsorted(self._ends, end))
-            size = len(self._spheres[end][0])
-            columns = slice(first, first + size)
-            return Spheres(centres[:, columns], self._radii[columns])
         return Spheres.of_gripper(self._spheres[end], positions, orientations)

@@ -61,7 +61,7 @@ class PathCheck:
         self._positions = np.array([g.position for g in grips], dtype=float)
         self._orientations = np.array([g.orientation for g in grips], dtype=float)
         self._fixed_grippers = {
-            end: self.constraints.gripper_spheres(
+            end: self.constraints.placed_gripper(
                 end, self._positions[None, end], self._orientations[None, end]
             )
             for end in range(len(grips))
@@ -154,8 +154,7 @@ class PathCheck:
         for _, joints in self.joint_constraints:
             found = found or joints.broken_on_path(self.constraints.collision, 0.0)
         if not found and self.driven:
-            centres = self.constraints.centres
-            found = self._spacing_broken(positions, orientations, [0, *rows], 0.0, centres)
+            found = self._spacing_broken(self.constraints.centres[[0, *rows]], 0.0)
         return found[0] if found else None
 
     def broken_by_arms(
@@ -180,7 +179,7 @@ class PathCheck:
         positions = np.array([command.positions, [g.position for g in grips]])
         orientations = np.array([command.orientations, [g.orientation for g in grips]])
         path = self._all_ends(positions, orientations)
-        slacks = self.constraints.slacks(*path)
+        slacks, centres = self.constraints.slacks(*path), self.constraints.centres
         if self.constraints.rope_length.searching:
             # Judged as soon as it is known: a stop that a person acknowledges needs a finding.
             slacks.pop("overstretch", None)
@@ -191,7 +190,7 @@ class PathCheck:
             )
         if found or len(self._positions) != 2 or len(measured) < len(self.joint_constraints):
             return found
-        return _worse({"spacing": self._spacing_slack(*path)}, MEASURED_TOLERANCE)
+        return _worse({"spacing": self._spacing_slack(centres)}, MEASURED_TOLERANCE)
 
     def _broken_by_grippers(
         self,
@@ -235,52 +234,35 @@ class PathCheck:
             found = joints.broken(*path, solved, self.constraints.collision, margin, dt)
             if found:
                 return found
-        return self._spacing_broken(positions, orientations, [0, *(1 + k for k in solved)], margin)
+        rows = [0, *(1 + k for k in solved)]
+        path = self._all_ends(positions[rows], orientations[rows])
+        return self._spacing_broken(self.constraints.gripper_centres(*path), margin)
 
     def _spacing_broken(
-        self,
-        positions: Positions,
-        orientations: Orientations,
-        rows: list[int],
-        margin: float,
-        centres: Float64[np.ndarray, "m k 3"] | None = None,
+        self, centres: Float64[np.ndarray, "m k 3"], margin: float
     ) -> tuple[Rule, float] | None:
         """Return whether the bodies of both ends come too close along a path, and by how much [m].
 
         Args:
-            positions: Positions of the driven grips, the present ones first [m].
-            orientations: Their orientations, wxyz.
-            rows: Indices of the poses that are checked, those for which joints are solved.
+            centres: Centres of the spheres that cover the driven grippers, at the poses for which
+                joints have just been solved, the present ones first [m].
             margin: Slack that is demanded beyond zero [m].
-            centres: Centres of the driven grippers' spheres along the path, if known [m].
         """
         if len(self._positions) != 2:
             return None
-        known = None if centres is None else centres[rows]
-        path = self._all_ends(positions[rows], orientations[rows])
-        return first_broken({"spacing": self._spacing_slack(*path, known)}, margin)
+        return first_broken({"spacing": self._spacing_slack(centres)}, margin)
 
     def _spacing_slack(
-        self,
-        positions: Float64[np.ndarray, "m ends 3"],
-        orientations: Float64[np.ndarray, "m ends 4"],
-        centres: Float64[np.ndarray, "m k 3"] | None = None,
+        self, centres: Float64[np.ndarray, "m k 3"]
     ) -> Float64[np.ndarray, "m"]:
-        """Return the slack of the distance between all bodies of both ends [m].
-
-        Args:
-            positions: Positions of all ends along the path whose joints have just been checked [m].
-            orientations: Their orientations, wxyz.
-            centres: Centres of the driven grippers' spheres there, if known [m].
-        """
-        arms = {self.driven[k]: joints for k, joints in self.joint_constraints}
-        ends: list[list[Spheres]] = []
-        for end in range(2):
-            gripper = self._fixed_grippers.get(end) or self.constraints.gripper_spheres(
-                end, positions[:, end], orientations[:, end], centres
-            )
-            ends.append([gripper, *(arms[end].bodies() if end in arms else ())])
-        return self._spacing.slack(*ends, len(positions), self.constraints.collision.kernels)
+        """Return the slack of the distance between all bodies of both ends [m]; as above."""
+        left, right = (
+            [self._fixed_grippers.get(end) or self.constraints.gripper_spheres(end, centres)]
+            for end in range(2)
+        )
+        for k, joints in self.joint_constraints:
+            (left, right)[self.driven[k]].extend(joints.bodies())
+        return self._spacing.slack(left, right, len(centres), self.constraints.collision.kernels)
 
     def _all_ends(
         self, positions: Positions, orientations: Orientations

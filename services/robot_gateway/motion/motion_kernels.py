@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.machine_code import library
-from lariat.machine_code.call import CompiledKernel, PreparedCall
+from lariat.machine_code.call import CompiledKernel
 from lariat.machine_code.kernel_source import KernelSource
 from lariat.trajectory import NANOSECONDS, Blend, MotionState, SetpointChunk, Spline, Stop
 from services.robot_gateway.motion.reference_tracking import NextCommand, ReferenceTracker
@@ -70,33 +70,33 @@ class CompiledSpline(Spline):
             start: Time of its first pose on the clock of the reader [ns].
         """
         super().__init__(chunk, start)
-        self._kernel = kernel
+        count = len(self.first)
         points, first = self.points.reshape(-1, 6), np.ascontiguousarray(self.first)
-        self._packed = kernel.packed(0, points), kernel.packed(1, first)
-
-    def prepared(self, mismatch: Float64[np.ndarray, "k 18"], state: States) -> PreparedCall:
-        """Return a call for the time since the first pose [dt], and fraction and time of a fading.
-
-        Args:
-            mismatch: Pose, twist and acceleration of each grip as the fading begins, less the
-                curve's.
-            state: Receives the state.
-        """
-        return self._kernel.prepared(*self._packed, mismatch, state, self.count, self.dt)
+        self.mismatch = np.zeros((count, 18))
+        """Pose, twist and acceleration of each grip as a transition begins, less the curve's."""
+        self._rows = np.empty((count, 19))
+        arrays = points, first, self.mismatch, self._rows
+        self._call = kernel.prepared(*arrays, self.count, self.dt)
 
     def _state(self, now: int) -> MotionState:
-        rows = np.empty((len(self.first), 19))
-        # Nothing fades any more.
-        self.prepared(rows[:, :18].copy(), rows)(self.units(now), 1.0, 1.0)
-        return _state_of(rows)
+        return self.blended(now, 1.0, 1.0)
 
-    def units(self, now: int) -> float:
-        """Return a time, on the clock of the reader [ns], since the first pose [dt]."""
-        return (now - self.start) * NANOSECONDS / self.dt
+    def blended(self, now: int, fade: float, duration: float) -> MotionState:
+        """Return the state with what is left of the mismatch.
+
+        Args:
+            now: Time on the clock of the reader [ns].
+            fade: Time since the transition began, as a fraction of its duration [-].
+            duration: Duration of the transition [s].
+        """
+        self._call((now - self.start) * NANOSECONDS / self.dt, fade, duration)
+        return _state_of(self._rows.copy())
 
 
 class CompiledBlend(Blend):
-    """Transition to a spline."""
+    """Transition to a curve, which serves one of them at a time."""
+
+    spline: CompiledSpline
 
     def __init__(
         self, spline: CompiledSpline, origin: MotionState, now: int, duration: float
@@ -110,16 +110,12 @@ class CompiledBlend(Blend):
             duration: Time in which the offset fades [s].
         """
         super().__init__(spline, origin, now, duration)
-        self._curve = spline
-        count = len(spline.first)
-        mismatch = np.concatenate([self.displacements, self.twists, self.accelerations], axis=1)
-        self._rows = np.empty((count, 19))
-        self._call = spline.prepared(mismatch.reshape(count, 18), self._rows)
+        parts = self.displacements, self.twists, self.accelerations
+        spline.mismatch[:] = np.concatenate(parts, axis=1).reshape(-1, 18)
 
     def _state(self, now: int) -> MotionState:
         fade = (now - self.now) * NANOSECONDS / self.duration
-        self._call(self._curve.units(now), fade, self.duration)
-        return _state_of(self._rows.copy())
+        return self.spline.blended(now, fade, self.duration)
 
 
 class CompiledTracker(ReferenceTracker):

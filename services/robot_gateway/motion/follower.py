@@ -132,7 +132,7 @@ class SetpointFollower:
         left = max(self._reference.end - now, 0)
         count = self.settings.arrival_samples
         ahead = [now + left * k // count for k in range(count + 1)]
-        gaps = np.array([validation.farthest(self.state, self._reference(at)) for at in ahead])
+        gaps = np.array([validation.gap(self.state, self._reference(at)) for at in ahead])
         still = np.all(np.abs(self.state.twists) < self.settings.arrival_speed)
         return bool(np.all(gaps < self.settings.arrival_tolerance) and still)
 
@@ -144,7 +144,7 @@ class SetpointFollower:
         """Return distance and angle from the command to its chunk, of the farthest end [m, rad]."""
         if self._reference is None or not self.driven:
             return 0.0, 0.0
-        return validation.farthest(self.state, self._reference(now))
+        return validation.gap(self.state, self._reference(now))
 
     def check(self, chunk: SetpointChunk, now: int, offset: int = 0) -> Spline:
         """Return the curve of a chunk that may be followed, all pieces checked at once.

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from lariat.geometry.poses import pose_difference
+from lariat.geometry.poses import angle_between
 from lariat.trajectory import NANOSECONDS, MotionLimits, MotionState, SetpointChunk, Spline
 from shared.constraints.rule import Rule
 from shared.motion_contract import LEAST_CHUNK_SPAN
@@ -86,12 +87,12 @@ def check_finite(chunk: SetpointChunk, ends: int, tolerances: ChunkTolerances) -
     shapes = (chunk.positions.shape, chunk.orientations.shape)
     if shapes != ((k, ends, 3), (k, ends, 4)) or k < 2:
         raise ChunkRefused("finite", f"poses of shapes {shapes} do not fit {ends} driven ends")
-    if not (np.all(np.isfinite(chunk.positions)) and np.all(np.isfinite(chunk.orientations))):
+    if not (np.isfinite(chunk.positions).all() and np.isfinite(chunk.orientations).all()):
         raise ChunkRefused("finite", "a pose holds a number that is not finite")
-    if np.max(np.abs(chunk.positions)) > tolerances.coordinate:
-        raise ChunkRefused("finite", f"a position of {np.max(np.abs(chunk.positions)):g} m")
+    if (farthest := np.abs(chunk.positions).max()) > tolerances.coordinate:
+        raise ChunkRefused("finite", f"a position of {farthest:g} m")
     norms = np.linalg.norm(chunk.orientations, axis=-1)
-    if np.max(np.abs(norms - 1.0)) > tolerances.quaternion_norm:
+    if np.abs(norms - 1.0).max() > tolerances.quaternion_norm:
         worst = norms.flat[np.argmax(abs(norms - 1))]
         raise ChunkRefused("finite", f"a quaternion of norm {worst:g}")
     low, high = tolerances.dt
@@ -176,14 +177,16 @@ def check_step(spline: Spline, now: int, state: MotionState, tolerances: ChunkTo
     Raises:
         ChunkRefused: By rule `step`.
     """
-    distance, angle = farthest(state, spline(now))
+    distance, angle = gap(state, spline(now))
     if distance > tolerances.step:
         raise ChunkRefused("step", f"jumps by {1e3 * distance:.1f} mm from the commanded position")
     if angle > tolerances.turn:
         raise ChunkRefused("step", f"jumps by {angle:.3f} rad from the commanded orientation")
 
 
-def farthest(state: MotionState, target: MotionState) -> tuple[float, float]:
+def gap(state: MotionState, target: MotionState) -> tuple[float, float]:
     """Return distance and angle between two states, of the farthest end each [m, rad]."""
-    found = [pose_difference(p, q) for p, q in zip(state.grips, target.grips, strict=True)]
-    return max((d for d, _ in found), default=0.0), max((a for _, a in found), default=0.0)
+    ends = zip(state.positions.tolist(), target.positions.tolist(), strict=True)
+    turns = zip(state.orientations.tolist(), target.orientations.tolist(), strict=True)
+    distance = max((math.dist(a, b) for a, b in ends), default=0.0)
+    return distance, max((angle_between(a, b) for a, b in turns), default=0.0)

@@ -290,7 +290,10 @@ class UrdfKinematics:
     def smallest_singular_values(
         self, path: Float64[np.ndarray, "m j"]
     ) -> Float64[np.ndarray, "m"]:
-        """Return the smallest singular value of the Jacobian along a path of the joints [m/rad]."""
+        """Return the smallest singular value of the Jacobian along a path of the joints [m/rad].
+
+        Of the path that the kernel followed last, values from 0.05 on are lower bounds.
+        """
         if self._latest is not None and path is self._latest.joints:
             return self._latest.singular_values
         return np.linalg.svd(self._chain.jacobians(path), compute_uv=False)[:, -1]

@@ -46,7 +46,7 @@ class ArmPath(NamedTuple):
     centres: Float64[np.ndarray, "m k 3"]
     """Centres of the spheres that cover the links, in the world [m]."""
     singular_values: Float64[np.ndarray, "m"]
-    """Smallest singular values of the Jacobian [m/rad]."""
+    """Smallest singular values of the Jacobian; from 0.05 on, lower bounds of as much [m/rad]."""
 
 
 class PathKernel:

@@ -88,6 +88,8 @@ def obstacles_at(
         times: Times [s]. A moving obstacle is returned once for each different place.
     """
     moving = {motion.name: motion for motion in motions}
+    if not moving:
+        return tuple(obstacles)
     result: list[Obstacle] = []
     for obstacle in obstacles:
         motion = moving.get(obstacle.name)

@@ -60,14 +60,16 @@ def resample_smooth(nodes: Float64[np.ndarray, "n 3"], count: int) -> Float64[np
     nodes = _distinct(nodes)
     if len(nodes) < 3:
         return resample(nodes, count)
-    chords = np.linalg.norm(np.diff(nodes, axis=0), axis=1)[:, None]
-    slopes = np.diff(nodes, axis=0) / chords
+    edges = nodes[1:] - nodes[:-1]
+    chords = np.sqrt(np.add.reduce(edges * edges, axis=1))[:, None]
+    slopes = edges / chords
     weights = chords[:-1] / (chords[:-1] + chords[1:])
     inner = (1.0 - weights) * slopes[:-1] + weights * slopes[1:]
     first, last = 2.0 * slopes[0] - inner[0], 2.0 * slopes[-1] - inner[-1]
     tangents = np.concatenate([first[None], inner, last[None]])
 
-    s = np.concatenate([[0.0], np.cumsum(_sample_distances(nodes, chords, slopes, tangents))])
+    s = np.zeros(1 + ARC_LENGTH_SAMPLES * len(chords))
+    np.cumsum(_sample_distances(nodes, chords, slopes, tangents), out=s[1:])
     at = np.interp(np.linspace(0.0, s[-1], count), s, np.linspace(0.0, len(chords), len(s)))
     edge = np.minimum(at.astype(int), len(chords) - 1)
     value, rise, fall = _hermite_weights((at - edge)[:, None])
@@ -83,18 +85,28 @@ def _sample_distances(
 ) -> Float64[np.ndarray, "k"]:
     """Return the distances between successive samples of a smooth curve [m]."""
     # Coordinate by coordinate, with the edges innermost: in a quarter of the time of rows of three.
-    corners, along, bends = nodes.T[:, None], slopes.T[:, None], tangents.T[:, None]
-    t = np.linspace(0.0, 1.0, ARC_LENGTH_SAMPLES, endpoint=False)[1:, None]
-    value, rise, fall = _hermite_weights(t)
-    moved = value * along + rise * bends[..., :-1] + fall * bends[..., 1:]
-    inner = corners[..., :-1] + chords[:, 0] * moved
-    x, y, z = np.diff(np.concatenate([corners[..., :-1], inner, corners[..., 1:]], axis=1), axis=1)
+    corners, along, bends = (np.ascontiguousarray(a.T) for a in (nodes, slopes, tangents))
+    value, rise, fall = _SAMPLE_WEIGHTS
+    samples = np.empty((3, ARC_LENGTH_SAMPLES + 1, len(chords)))
+    samples[:, 0], samples[:, -1] = corners[:, :-1], corners[:, 1:]
+    moved = value * along[:, None]
+    moved += rise * bends[:, None, :-1]
+    moved += fall * bends[:, None, 1:]
+    moved *= chords[:, 0]
+    np.add(corners[:, None, :-1], moved, out=samples[:, 1:-1])
+    x, y, z = samples[:, 1:] - samples[:, :-1]
     return np.sqrt(x * x + y * y + z * z).T.ravel()
 
 
 def _hermite_weights(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the weights of end value and both slopes of a cubic in 0…1 that begins at zero."""
     return t * t * (3.0 - 2.0 * t), t * (1.0 - t) ** 2, t * t * (t - 1.0)
+
+
+_SAMPLE_WEIGHTS = _hermite_weights(
+    np.linspace(0.0, 1.0, ARC_LENGTH_SAMPLES, endpoint=False)[1:, None]
+)
+"""Weights at the samples within an edge."""
 
 
 def end_tangents(
@@ -163,5 +175,5 @@ def point_distances(
 
 def _distinct(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "m 3"]:
     """Return nodes without those that repeat their predecessor."""
-    moved = np.any(np.diff(nodes, axis=0) != 0.0, axis=1)
-    return nodes[np.concatenate([[True], moved])]
+    moved = np.any(nodes[1:] != nodes[:-1], axis=1)
+    return nodes if moved.all() else nodes[np.concatenate([[True], moved])]

@@ -7,6 +7,7 @@ angular velocities are in the world frame.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,6 +67,19 @@ def _hamilton(
     )
 
 
+def _rotated(
+    w: float, qx: float, qy: float, qz: float, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """Return R(q) v."""
+    once = _cross(qx, qy, qz, x, y, z)
+    along, across, up = _cross(qx, qy, qz, *once)
+    return (
+        x + 2.0 * (w * once[0] + along),
+        y + 2.0 * (w * once[1] + across),
+        z + 2.0 * (w * once[2] + up),
+    )
+
+
 def normalized(q: Float64[np.ndarray, "*b k"]) -> Float64[np.ndarray, "*b k"]:
     """Return vectors or quaternions scaled to unit norm."""
     # `numpy.linalg.norm` has the same bits and takes twice as long for few rows.
@@ -107,16 +121,7 @@ def rotate(
     """Return R(q) v, for a unit quaternion q."""
     q, v = np.asarray(q), np.asarray(v)
     if q.ndim == v.ndim == 1:
-        (w, *axis), (x, y, z) = q.tolist(), v.tolist()
-        once = _cross(*axis, x, y, z)
-        along, across, up = _cross(*axis, *once)
-        return np.array(
-            [
-                x + 2.0 * (w * once[0] + along),
-                y + 2.0 * (w * once[1] + across),
-                z + 2.0 * (w * once[2] + up),
-            ]
-        )
+        return np.array(_rotated(*q.tolist(), *v.tolist()))
     axis = q[..., 1:]
     t = 2.0 * cross(axis, v)
     return v + q[..., :1] * t + cross(axis, t)
@@ -223,7 +228,10 @@ class Pose:
 
     def __matmul__(self, other: Pose) -> Pose:
         """Return the composition T_a_c = T_a_b @ T_b_c."""
-        return Pose(self.apply(other.position), multiply(self.orientation, other.orientation))
+        q, (x, y, z) = self.orientation.tolist(), self.position.tolist()
+        a, b, c = _rotated(*q, *other.position.tolist())
+        turned = _hamilton(*q, *other.orientation.tolist())
+        return Pose(np.array([a + x, b + y, c + z], float), np.array(turned, float))
 
     def apply(self, points: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b 3"]:
         """Return points of the inner frame in the outer one [m]."""
@@ -237,9 +245,15 @@ class Pose:
 
 def pose_difference(a: Pose, b: Pose) -> tuple[float, float]:
     """Return distance and angle between two poses [m, rad]."""
-    distance = math.dist(a.position.tolist(), b.position.tolist())
-    w, x, y, z = _hamilton(*b.orientation.tolist(), *conjugate(a.orientation).tolist())
-    return distance, 2.0 * math.atan2(math.hypot(x, y, z), abs(w))
+    turn = angle_between(a.orientation.tolist(), b.orientation.tolist())
+    return math.dist(a.position.tolist(), b.position.tolist()), turn
+
+
+def angle_between(a: Sequence[float], b: Sequence[float]) -> float:
+    """Return the angle between two orientations, unit quaternions wxyz [rad]."""
+    w, x, y, z = a
+    w, x, y, z = _hamilton(*b, w, -x, -y, -z)
+    return 2.0 * math.atan2(math.hypot(x, y, z), abs(w))
 
 
 def interpolate(a: Pose, b: Pose, t: float) -> Pose:

@@ -100,11 +100,27 @@ class CompiledKernel:
         """
         if len(arguments) != len(self._kinds):
             raise TypeError(f"expected {len(self._kinds)} arguments, got {len(arguments)}")
+        self.prepared(*arguments)()
+
+    def prepared(self, *arguments: Any) -> PreparedCall:
+        """Return a call whose first arguments stay; the memory of arrays stays with it.
+
+        Args:
+            arguments: The kernel's arguments, without the last ones, numbers that each run is given.
+
+        Raises:
+            TypeError: An argument is another one than the kernel takes, or an array lacks.
+        """
+        given, count = len(arguments), len(self._kinds)
+        if given > count or any(self._packs[given:]):
+            raise TypeError(f"expected all arrays of {count} arguments, got {given} arguments")
         values = [
             value if pack is None else pack(value)
-            for pack, value in zip(self._packs, arguments, strict=True)
+            for pack, value in zip(self._packs, arguments, strict=False)
         ]
-        self.bind(self._arguments(*values))()
+        packed = self._arguments(*values)
+        names = tuple(f"a{k}" for k in range(given, count))
+        return PreparedCall(self.bind(packed, *arguments), packed, names)
 
     def bind(self, arguments: ctypes.Structure, *memory: object) -> Callable[[], object]:
         """Return a function that runs the kernel, as often as it is called.
@@ -116,3 +132,25 @@ class CompiledKernel:
         context = self._context(ctypes.addressof(arguments))
         context.memory = arguments, *memory
         return functools.partial(self._function, ctypes.byref(context))
+
+
+class PreparedCall:
+    """Call of a kernel with arrays that stay: to hand them over takes longer than a short kernel."""
+
+    def __init__(
+        self, run: Callable[[], object], arguments: ctypes.Structure, names: tuple[str, ...]
+    ) -> None:
+        """Create a call.
+
+        Args:
+            run: Runs the kernel.
+            arguments: Its arguments.
+            names: Names of those that each run is given.
+        """
+        self._run, self._arguments, self._names = run, arguments, names
+
+    def __call__(self, *numbers: float) -> None:
+        """Run the kernel. Args: numbers: Its last arguments."""
+        for name, number in zip(self._names, numbers, strict=True):
+            setattr(self._arguments, name, number)
+        self._run()

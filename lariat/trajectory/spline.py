@@ -21,6 +21,10 @@ from lariat.trajectory.chunk import NANOSECONDS, SetpointChunk
 from lariat.trajectory.state import MotionState
 
 
+SHORT_VECTOR = 0.5 * np.pi / np.sqrt(3.0)
+"""Component up to which a rotation vector is shorter than a quarter turn [rad]."""
+
+
 class Spline:
     """Uniform cubic B-spline of a chunk, which comes to rest after the last pose."""
 
@@ -36,8 +40,8 @@ class Spline:
         self.first = chunk.orientations[0]
         points = np.stack([chunk.positions, rotation_vectors(chunk.orientations)], axis=2)
         # Extrapolate with the second difference, or the first velocity is half a dt late.
-        second = np.diff(points[:3], n=2, axis=0)
-        before = 2.0 * points[:1] - points[1:2] + (second if len(second) else 0.0)
+        second = points[2:3] - points[1:2] - (points[1:2] - points[:1]) if len(points) > 2 else 0.0
+        before = 2.0 * points[:1] - points[1:2] + second
         self.points = np.concatenate([before, points, points[-1:], points[-1:]])
         """Control points, one before the first pose and two after the last: k+3 n 2 3."""
         self._latest: tuple[int, MotionState] | None = None
@@ -54,8 +58,11 @@ class Spline:
         Args:
             order: 1 for speeds [m/s, rad/s], 2 for accelerations, 3 for jerks.
         """
-        steps = np.diff(self.points[1:], n=order, axis=0) / self.dt**order
-        return np.linalg.norm(steps, axis=-1)
+        steps = self.points[1:]
+        for _ in range(order):
+            steps = steps[1:] - steps[:-1]
+        steps = steps / self.dt**order
+        return np.sqrt(np.add.reduce(steps * steps, axis=-1))
 
     def __call__(self, now: int) -> MotionState:
         """Return the state at a time; before the first pose the curve goes on straight.
@@ -95,11 +102,9 @@ class Spline:
 
 def rotation_vectors(orientations: Float64[np.ndarray, "k n 4"]) -> Float64[np.ndarray, "k n 3"]:
     """Return rotation vectors from the first orientation, in the world frame, unwrapped [rad]."""
-    first = poses.conjugate(orientations[:1])
-    vectors = poses.logarithm(
-        poses.multiply(orientations, np.broadcast_to(first, orientations.shape))
-    )
-    if np.any(_turns(vectors[:-1], vectors[1:])):
+    vectors = poses.logarithm(poses.multiply(orientations, poses.conjugate(orientations[:1])))
+    # Vectors shorter than half of pi are less than half a turn apart.
+    if np.abs(vectors).max() > SHORT_VECTOR and np.any(_turns(vectors[:-1], vectors[1:])):
         for before, after in pairwise(vectors):
             turns = _turns(before, after)
             after += 2.0 * np.pi * turns * _axis(after)

@@ -115,11 +115,12 @@ def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmSt
 def _arm_state(
     side: Side, driver: Driver, feedback: ArmFeedback, tracking: tuple[float, float]
 ) -> ArmState:
+    linear, angular = feedback.velocity.tolist()
     state = ArmState(
         arm=side,
         driver=driver.name,
-        linear_velocity=feedback.velocity[0],
-        angular_velocity=feedback.velocity[1],
+        linear_velocity=linear,
+        angular_velocity=angular,
         joints=feedback.joints,
         gripper_closed=feedback.gripper_closed,
         alarms=feedback.alarms,
@@ -133,6 +134,6 @@ def _arm_state(
         powered=feedback.powered,
     )
     if feedback.pose is not None:
-        state.position.extend(feedback.pose.position)
-        state.orientation.extend(feedback.pose.orientation)
+        state.position.extend(feedback.pose.position.tolist())
+        state.orientation.extend(feedback.pose.orientation.tolist())
     return state

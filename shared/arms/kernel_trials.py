@@ -53,5 +53,5 @@ def follow_path() -> list[Trial]:
         scratch = np.zeros(SCRATCH_SIZE)
         arrays = (chain, grips, path, spheres, centres, values, scratch)
         results = (centres, values, scratch[:1])
-        found.append(Trial((*arrays, 1e-8, 0.5, 1e-7, 30), results))
+        found.append(Trial((*arrays, 1e-8, 0.5, 1e-7, 30, count, count + 1), results))
     return found

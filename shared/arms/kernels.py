@@ -14,6 +14,8 @@ PLACEMENTS = 0
 """Offset of the placements of the joints in the root, in the scratch memory."""
 JACOBIAN = 144
 """Offset of the Jacobian's columns: six numbers a joint."""
+EXACT_SINGULAR_VALUE = 0.05
+"""Singular value from which on a lower bound serves [m/rad]; the arms' least one is 0.03."""
 NORMAL = 216
 """Offset of the normal equations, and of their right side behind them; or of the rotations by
 which the Jacobian's columns have become orthogonal."""
@@ -191,11 +193,52 @@ def column_square(k: ti.i32, scratch: ti.template()):
 
 @ti.func
 def smallest_singular_value(joints: ti.i32, scratch: ti.template()):
-    orthogonalize(joints, scratch, False)
-    least = 1e300
+    """Return the smallest singular value of the Jacobian; a lower bound where that is large.
+
+    It is at least the reciprocal of the inverse's Frobenius norm, which the Cholesky factor of the
+    normal equations gives in a fraction of the time. Both overwrite scratch memory.
+    """
+    value = inverse_norm_bound(joints, scratch)
+    if value < EXACT_SINGULAR_VALUE:
+        orthogonalize(joints, scratch, False)
+        least = 1e300
+        for a in range(joints):
+            least = ti.min(least, column_square(a, scratch))
+        value = ti.sqrt(least)
+    return value
+
+
+@ti.func
+def inverse_norm_bound(joints: ti.i32, scratch: ti.template()):
+    """Return a lower bound on the smallest singular value; zero where there is no inverse."""
+    total = 0.0
+    valid = 1
     for a in range(joints):
-        least = ti.min(least, column_square(a, scratch))
-    return ti.sqrt(least)
+        for b in range(a + 1):
+            entry = 0.0
+            for i in ti.static(range(6)):
+                entry += scratch[JACOBIAN + 6 * a + i] * scratch[JACOBIAN + 6 * b + i]
+            diagonal = entry
+            for c in range(b):
+                entry -= scratch[NORMAL + joints * a + c] * scratch[NORMAL + joints * b + c]
+            if a == b:
+                # Rounding must not count as a distance from a singularity.
+                valid = valid if entry > 1e-9 * diagonal else 0
+                entry = ti.sqrt(ti.max(entry, 1e-300))
+            else:
+                entry /= scratch[NORMAL + joints * b + b]
+            scratch[NORMAL + joints * a + b] = entry
+    # Columns of the factor's inverse, one after the other in place of the right side.
+    column = NORMAL + joints * joints
+    for b in range(joints):
+        for a in range(b, joints):
+            entry = 1.0 if a == b else 0.0
+            for c in range(b, a):
+                entry -= scratch[NORMAL + joints * a + c] * scratch[column + c]
+            entry /= scratch[NORMAL + joints * a + a]
+            scratch[column + a] = entry
+            total += entry * entry
+    return (1.0 - 1e-6) / ti.sqrt(total) if valid == 1 else 0.0
 
 
 @ti.kernel
@@ -211,23 +254,27 @@ def follow_path(
     step_limit: ti.f64,
     tolerance: ti.f64,
     iterations: ti.i32,
+    poses: ti.i32,
+    rows: ti.i32,
 ):
     """Solve joints along a path of the grip, each from those before; place links and Jacobian.
 
     Args:
         chain: The arm, rows as above.
-        grips: Poses of the grip in the world, position and quaternion wxyz; none where the path is
-            given.
+        grips: Poses of the grip in the world, position and quaternion wxyz.
         path: Joints: the first row at the beginning, then one for each grip.
         spheres: Joint and centre of each sphere that covers a link [m].
         centres: Receives their centres in the world, for each row of the path in turn [m].
         singular_values: Receives the smallest singular value of the Jacobian for each row of the
-            path; of an arm with up to six joints.
+            path, exact below `EXACT_SINGULAR_VALUE` and else a lower bound; of an arm with up to
+            six joints.
         scratch: Memory; the first number becomes the count of grips that were solved.
         damping: Damping of the normal equations.
         step_limit: Largest change of a joint in one step [rad].
         tolerance: Error of a pose that is solved [m, rad].
         iterations: Most steps.
+        poses: Number of poses of the grip; none where the path is given.
+        rows: Number of rows of the path whose links and Jacobian are wanted.
     """
     ti.loop_config(serialize=True)
     for _ in range(1):
@@ -235,7 +282,7 @@ def follow_path(
         Rg, tg = rotation_of(chain, joints + 2), vector_of(chain, joints + 2, 9)
         Rb, tb = rotation_of(chain, joints + 1), vector_of(chain, joints + 1, 9)
         solved = 0
-        for m in range(grips.shape[0]):
+        for m in range(poses):
             w, x, y, z = grips[m, 3], grips[m, 4], grips[m, 5], grips[m, 6]
             Rq = ti.Matrix(
                 [
@@ -271,10 +318,10 @@ def follow_path(
                         for k in range(joints):
                             path[m + 1, k] += share * scratch[right + k]
             solved += found
-        if solved == grips.shape[0]:
+        if solved == poses:
             world, base = rotation_of(chain, joints + 3), vector_of(chain, joints + 3, 9)
             one = ti.Matrix([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], dt=ti.f64)
-            for m in range(singular_values.shape[0]):
+            for m in range(rows):
                 place(chain, path, m, scratch)
                 for s in range(spheres.shape[0]):
                     joint = ti.cast(spheres[s, 0], ti.i32)

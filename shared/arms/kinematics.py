@@ -207,7 +207,7 @@ class UrdfKinematics:
         Damped Newton steps of bounded size on the logarithm of the pose error in SE(3).
         """
         if self._kernel is not None:
-            return self._kernel.solve(np.concatenate([grip.position, grip.orientation]), near)
+            return self._kernel.solve(grip.position, grip.orientation, near)
         goal = self._se3_base_world * _to_se3(grip) * self._se3_grip_flange
         joints = np.array(near, dtype=float)
         damping = self._damping
@@ -246,7 +246,7 @@ class UrdfKinematics:
             near: Joints at the beginning, which the path begins with [rad].
         """
         if self._kernel is not None:
-            self._latest = self._kernel.follow(np.hstack([positions, orientations]), near)
+            self._latest = self._kernel.follow(positions, orientations, near)
             return None if self._latest is None else self._latest.joints
         rows = [near]
         for pose in map(Pose, positions, orientations):
@@ -290,7 +290,10 @@ class UrdfKinematics:
     def smallest_singular_values(
         self, path: Float64[np.ndarray, "m j"]
     ) -> Float64[np.ndarray, "m"]:
-        """Return the smallest singular value of the Jacobian along a path of the joints [m/rad]."""
+        """Return the smallest singular value of the Jacobian along a path of the joints [m/rad].
+
+        Of the path that the kernel followed last, values from 0.05 on are lower bounds.
+        """
         if self._latest is not None and path is self._latest.joints:
             return self._latest.singular_values
         return np.linalg.svd(self._chain.jacobians(path), compute_uv=False)[:, -1]

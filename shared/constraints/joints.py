@@ -6,6 +6,8 @@ are solved from there.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Float64
 
@@ -24,6 +26,11 @@ SAME_POSE_TOLERANCE = 1e-12
 """Difference in position and quaternion up to which two grip poses count as one [m, -]."""
 MAX_SOLVED_STRIDE = 0.025
 """Longest motion of a grip between two poses for which joints are solved [m]."""
+SURE_SHARE = 1.0 - 1e-9
+"""Share of that below which rounding plays no part [-]."""
+
+Path = Float64[np.ndarray, "m j"]
+"""Joint angles along a path, the present ones first [rad]."""
 
 
 class JointConstraints:
@@ -42,6 +49,8 @@ class JointConstraints:
         """Joints of the commanded grip; None until the arm has reported."""
         self._solved: tuple[Pose, Joints] | None = None
         """Grip pose that was solved last from the present joints, and its joints."""
+        self._followed: Path | None = None
+        """Path of the joints that was followed last; None where it led out of reach."""
         self._links = Spheres(np.zeros((0, 0, 3)), np.zeros(0))
         """Spheres of the links along the path that was checked last, the present ones first."""
         self._near_solids = NearSolids()
@@ -67,9 +76,7 @@ class JointConstraints:
         begun = near is self.joints
         if begun and self._solved is not None:
             pose, joints = self._solved
-            if np.max(np.abs(pose.position - grip.position)) < SAME_POSE_TOLERANCE and (
-                np.max(np.abs(pose.orientation - grip.orientation)) < SAME_POSE_TOLERANCE
-            ):
+            if _near(pose.position, grip.position) and _near(pose.orientation, grip.orientation):
                 return joints
         found = self.kinematics.solve(grip, near)
         if found is not None and begun:
@@ -87,6 +94,21 @@ class JointConstraints:
         return bool(
             np.max(np.abs(self.kinematics.joint_speed(joints, velocity))) > self.joint_speed
         )
+
+    def follow(
+        self, positions: Float64[np.ndarray, "m 3"], orientations: Float64[np.ndarray, "m 4"]
+    ) -> None:
+        """Solve the joints along a path of the grip, which `too_fast` and `broken_on_path` judge.
+
+        Args:
+            positions: Poses of the grip for which joints are solved, near the command [m].
+            orientations: Its orientations, wxyz.
+        """
+        self._followed = None
+        if self.joints is not None:
+            self._followed = self.kinematics.follow(positions, orientations, self.joints)
+        if self._followed is not None:
+            self._solved = Pose(positions[0], orientations[0]), self._followed[1]
 
     def broken(
         self,
@@ -108,23 +130,35 @@ class JointConstraints:
             dt: Time between two poses, for the joint speeds [s]; None where the poses are not
                 evenly spaced in time.
         """
-        if self.joints is None:
-            return "lost_link", 0.0
-        joints = self.kinematics.follow(positions[solved], orientations[solved], self.joints)
-        if joints is None:
-            # The reach ends where the arm is stretched out, which is singular.
-            return "singularity", 0.0
-        self._solved = Pose(positions[solved[0]], orientations[solved[0]]), joints[1]
-        self._links = Spheres(*self.kinematics.link_spheres(joints))
-        if dt is not None:
+        self.follow(positions[solved], orientations[solved])
+        joints = self._followed
+        if joints is not None and dt is not None:
             steps = np.diff(np.array(solved)) * dt
-            rates = np.abs(np.diff(joints[1:], axis=0)) / steps[:, None]
+            rates = np.abs(joints[2:] - joints[1:-1]) / steps[:, None]
             excess = float(np.max(rates, initial=0.0)) - self.joint_speed
             if excess > 0.0:
                 return "joint_speed", excess
+        return self.broken_on_path(collision, margin)
+
+    def broken_on_path(
+        self, collision: CollisionConstraint, margin: float
+    ) -> tuple[Rule, float] | None:
+        """Return the first rule that the path that was followed breaks, and by how much [rad, m].
+
+        Args:
+            collision: Constraint on the distance of the links from obstacles.
+            margin: Slack that the links keep from obstacles [m].
+        """
+        if self.joints is None:
+            return "lost_link", 0.0
+        if self._followed is None:
+            # The reach ends where the arm is stretched out, which is singular.
+            return "singularity", 0.0
+        path = self._followed
+        self._links = Spheres(*self.kinematics.link_spheres(path))
         slacks: Slacks = {
-            "joint_limits": self._range_slack(joints),
-            "singularity": singularity_slack(self.kinematics, joints),
+            "joint_limits": self._range_slack(path),
+            "singularity": singularity_slack(self.kinematics, path),
         }
         links = collision.slacks(self._links.centres, self._links.radii, self._near_solids)
         return first_broken(slacks) or first_broken(links, margin)
@@ -137,7 +171,7 @@ class JointConstraints:
     def _range_slack(self, rows: Float64[np.ndarray, "m j"]) -> Float64[np.ndarray, "m"]:
         """Return the least distance of the joints from the ends of their ranges [rad]."""
         low, high = self.kinematics.joint_range
-        return np.min(np.minimum(rows - low, high - rows), axis=1)
+        return np.minimum.reduce(np.minimum(rows - low, high - rows), axis=1)
 
     def link_slacks(self, measured: Joints, collision: CollisionConstraint) -> Slacks:
         """Return the slacks of the links for the commanded and the measured joints [m].
@@ -150,28 +184,42 @@ class JointConstraints:
 
     def spheres(self) -> Spheres:
         """Return the spheres that cover the arm along the path that was checked last."""
+        links, base = self.bodies()
+        return Spheres.joined([links, base.repeated(len(links.centres))])
+
+    def bodies(self) -> tuple[Spheres, Spheres]:
+        """Return the spheres of the links along the path that was checked last, and the base's."""
         centres, radii = self.kinematics.base_spheres
-        base = np.broadcast_to(centres, (len(self._links.centres), *centres.shape))
-        return Spheres.joined([self._links, Spheres(base, radii)])
+        return self._links, Spheres(centres[None], radii)
+
+
+def _near(a: Float64[np.ndarray, "k"], b: Float64[np.ndarray, "k"]) -> bool:
+    """Return whether a few numbers of two poses are the same; NumPy takes twice as long."""
+    return all(
+        abs(x - y) < SAME_POSE_TOLERANCE for x, y in zip(a.tolist(), b.tolist(), strict=True)
+    )
 
 
 def solved_poses_of_chunk(positions: Float64[np.ndarray, "m ends 3"]) -> list[int]:
     """Return the poses of a chunk for which joints are solved: dense enough, the last included."""
-    steps = np.linalg.norm(np.diff(positions, axis=0), axis=-1)
-    longest = float(np.max(np.sum(steps, axis=0), initial=0.0))
+    moves = positions[1:] - positions[:-1]
+    steps = np.sqrt(np.add.reduce(moves * moves, axis=-1))
+    longest = float(np.add.reduce(steps).max(initial=0.0))
     count = min(
         len(positions), max(LEAST_SOLVED_POSES, 1 + int(np.ceil(longest / MAX_SOLVED_STRIDE)))
     )
+    stride, last = max(1, (len(positions) - 1) // max(count - 1, 1)), len(positions) - 1
+    if stride * steps.max(initial=0.0) < SURE_SHARE * MAX_SOLVED_STRIDE:
+        return [*range(0, last, stride), last]
     # Where the motion is fast the poses are far apart: none of them is left out there.
     solved, rows = [0], steps.tolist()
     travelled = [0.0] * positions.shape[1]
-    stride = max(1, (len(positions) - 1) // max(count - 1, 1))
     for k in range(1, len(positions)):
         travelled = [way + step for way, step in zip(travelled, rows[k - 1], strict=True)]
         far = k + 1 < len(positions) and any(
             way + step > MAX_SOLVED_STRIDE for way, step in zip(travelled, rows[k], strict=True)
         )
-        if far or k - solved[-1] >= stride or k == len(positions) - 1:
+        if far or k - solved[-1] >= stride or k == last:
             solved.append(k)
             travelled = [0.0] * len(travelled)
     return solved
@@ -182,7 +230,7 @@ def solved_poses_of_stop(positions: Float64[np.ndarray, "m ends 3"]) -> list[int
 
     A stop is planned anew at every tick, so that few of its poses suffice.
     """
-    longest = float(np.max(np.linalg.norm(positions[-1] - positions[0], axis=-1)))
+    longest = max(map(math.dist, positions[-1].tolist(), positions[0].tolist()))
     count = 2 + int(longest / MAX_SOLVED_STRIDE)
     step = (len(positions) - 1) / (count - 1)
     return sorted({*(round(k * step) for k in range(count - 1)), len(positions) - 1})

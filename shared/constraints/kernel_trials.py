@@ -29,7 +29,7 @@ def _spheres(count: int, poses: int, seed: int) -> tuple[np.ndarray, np.ndarray]
 def sphere_slacks() -> list[Trial]:
     """Return spheres among obstacles of every shape."""
     (centres, radii), slacks = _spheres(8, 5, 0), np.zeros((5, 2))
-    return [Trial((centres, radii, OBSTACLES, slacks, 0.005, 0.05), (slacks,))]
+    return [Trial((centres, radii, OBSTACLES, slacks, 0.005, 0.05, 5), (slacks,))]
 
 
 def gripper_slacks() -> list[Trial]:
@@ -39,22 +39,19 @@ def gripper_slacks() -> list[Trial]:
     grips[:, 3:] /= np.linalg.norm(grips[:, 3:], axis=1, keepdims=True)
     spheres = np.array([[0.0, 0.0, 0.0, 0.1], [1.0, 0.0, 0.0, 0.05], [1.0, 0.0, 0.02, 0.1]])
     radii, workspace = np.array([0.02, 0.03, 0.04]), np.array([[-0.3] * 3, [0.25] * 3])
-    centres, slacks = np.zeros((15, 3)), np.zeros((5, 3))
-    arrays = (grips, spheres, radii, workspace, OBSTACLES, centres, slacks)
-    return [Trial((*arrays, 2, 0.005, 0.05), (centres, slacks))]
+    found = []
+    for ends, shift in ((2, 0.0), (2, 5.0), (1, 0.0)):
+        centres, slacks, touched = np.zeros((15, 3)), np.zeros((5, 5)), np.zeros(1)
+        moved, driven = grips.copy(), np.arange(float(ends))
+        moved[:, 2] += shift
+        covers = spheres[:ends].copy(), radii[:ends].copy()
+        arrays = (moved, driven, *covers, workspace, OBSTACLES, centres, slacks, touched)
+        numbers = (ends, 0.005, 0.05, 0.03, 0.4, 5)
+        found.append(Trial((*arrays, *numbers), (centres, slacks, touched)))
+    return found
 
 
 def least_distances() -> list[Trial]:
     """Return two sets of spheres that overlap at some poses."""
     distances = np.zeros(5)
-    return [Trial((*_spheres(3, 5, 2), *_spheres(2, 5, 3), distances), (distances,))]
-
-
-def touched_lines() -> list[Trial]:
-    """Return lines beside every obstacle, and one that is touched."""
-    found = []
-    for shift in (1.0, 0.0):
-        ends = np.array([[0.0, -0.5, 0.2], [0.0, 0.5, 0.2]]) + shift * np.array([0.0, 0.0, 1.0])
-        touched = np.zeros(1)
-        found.append(Trial((ends, OBSTACLES, touched), (touched,)))
-    return found
+    return [Trial((*_spheres(3, 5, 2), *_spheres(2, 5, 3), distances, 5), (distances,))]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float64
@@ -13,13 +13,15 @@ from lariat.geometry import poses
 from lariat.geometry.grippers import GripperBody
 from lariat.geometry.obstacles import Obstacle
 from shared.constraints.collision import EXACT_SLACK, CollisionConstraint
+from shared.constraints.gripper_kernel import GripperKernel
 from shared.constraints.near_solids import NearSolids
 from shared.constraints.obstacle_scene import ObstacleScene
 from shared.constraints.rope_length import RopeLengthConstraint
-from shared.constraints.slacks import Slacks
+from shared.constraints.rule import Rule
+from shared.constraints.slacks import Slacks, first_broken, keeps_all
 from shared.constraints.spacing import grip_distances
 from shared.constraints.sphere_distance import Spheres
-from shared.constraints.sphere_kernels import SphereKernels, finite
+from shared.constraints.sphere_kernels import SphereKernels
 from shared.constraints.workspace import Corner, region_slack, workspace_slack
 
 
@@ -62,17 +64,16 @@ class MotionConstraints:
         self._ends = np.repeat(self.driven, [len(centres) for centres, _ in spheres])
         self._centres = np.concatenate([np.zeros((0, 3)), *(centres for centres, _ in spheres)])
         self._radii = np.array([r for centres, r in spheres for _ in centres])
+        ends = np.cumsum([0, *(len(centres) for centres, _ in spheres)]).tolist()
+        self._columns = {
+            end: slice(*span) for end, span in zip(self.driven, pairwise(ends), strict=True)
+        }
+        """Spheres of each driven end."""
         self._near_solids = NearSolids()
-        counts = [len(centres) for centres, _ in spheres]
-        self._table = np.column_stack(
-            [np.repeat(np.arange(len(counts)), counts).astype(np.float64), self._centres]
-        )
-        """Index of each sphere's grip among the driven ones, and its centre there [m]."""
-        self.centres: Float64[np.ndarray, "m k 3"] | None = None
-        """Centres of the spheres along the path whose slacks were asked for last [m]; None where
-        they are not compiled."""
-        self._packed_spheres: tuple[Any, ...] = ()
-        """Spheres, their radii and the corners of the workspace, for compiled distances."""
+        self._kernel: GripperKernel | None = None
+        """Compiled slacks; None: those of NumPy."""
+        self.centres = np.zeros((0, len(self._radii), 3))
+        """Centres of the spheres along the path whose slacks were asked for last [m]."""
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
@@ -88,12 +89,16 @@ class MotionConstraints:
     def compile(self) -> None:
         """Use compiled distances from now on, where they exist."""
         kernels = SphereKernels.compiled()
-        self.collision.kernels = self.rope_length.kernels = kernels
+        self.collision.kernels = kernels
         if kernels is not None:
-            corners = np.array(self.boundaries.workspace, dtype=np.float64)
-            arrays = self._table, self._radii, corners
-            pack = kernels.gripper_slacks.packed
-            self._packed_spheres = tuple(pack(k, rows) for k, rows in enumerate(arrays, start=1))
+            limits = self.boundaries
+            self._kernel = GripperKernel(
+                kernels.gripper_slacks,
+                self.driven,
+                (np.column_stack([self._ends.astype(np.float64), self._centres]), self._radii),
+                np.array(limits.workspace, dtype=np.float64),
+                (limits.keep_out, EXACT_SLACK, limits.spacing, self.rope_length.max_length),
+            )
 
     def slacks(
         self,
@@ -101,46 +106,64 @@ class MotionConstraints:
         orientations: Float64[np.ndarray, "m ends 4"],
     ) -> Slacks:
         """Return the slack of every rule on grips and grippers at m poses of all ends [m]."""
-        if self.collision.kernels is not None:
-            result = self._compiled_slacks(self.collision.kernels, positions, orientations)
-        else:
-            centres = self._sphere_centres(positions, orientations)
-            result: Slacks = {
-                "workspace": workspace_slack(positions[:, self.driven], self.boundaries.workspace),
-                "keep_in": region_slack(positions[:, self.driven], self.boundaries.regions),
-                **self.collision.slacks(centres, self._radii, self._near_solids),
-            }
+        if self._kernel is not None:
+            return self._named(self._table(self._kernel, positions, orientations), positions)
+        self.centres = self.gripper_centres(positions, orientations)
+        result: Slacks = {
+            "workspace": workspace_slack(positions[:, self.driven], self.boundaries.workspace),
+            "keep_in": region_slack(positions[:, self.driven], self.boundaries.regions),
+            **self.collision.slacks(self.centres, self._radii, self._near_solids),
+        }
         if positions.shape[1] == 2:
             distances = grip_distances(positions)
             result["spacing"] = distances - self.boundaries.spacing
             result["overstretch"] = self.rope_length.slack(positions, distances)
         return result
 
-    def _compiled_slacks(
+    def broken(
         self,
-        kernels: SphereKernels,
         positions: Float64[np.ndarray, "m ends 3"],
         orientations: Float64[np.ndarray, "m ends 4"],
+        margin: float = 0.0,
+    ) -> tuple[Rule, float] | None:
+        """Return the first rule that a path of all ends breaks, and by how much [m].
+
+        Args:
+            positions: Positions of the grips, the present ones first [m].
+            orientations: Their orientations, wxyz.
+            margin: Slack that is demanded beyond zero [m].
+        """
+        if self._kernel is None:
+            return first_broken(self.slacks(positions, orientations), margin)
+        table = self._table(self._kernel, positions, orientations)
+        if not self.boundaries.regions and keeps_all(table, margin):
+            return None
+        return first_broken(self._named(table, positions), margin)
+
+    def _table(
+        self,
+        kernel: GripperKernel,
+        positions: Float64[np.ndarray, "m ends 3"],
+        orientations: Float64[np.ndarray, "m ends 4"],
+    ) -> Float64[np.ndarray, "m 5"]:
+        """Return the slacks of grips and grippers by compiled code, columns as there [m]."""
+        table, self.centres, touched = kernel(positions, orientations, self.collision.scene)
+        if touched:
+            table[:, 4] = self.rope_length.slack(positions, grip_distances(positions))
+        else:
+            self.rope_length.searching = False
+        return table
+
+    def _named(
+        self, table: Float64[np.ndarray, "m 5"], positions: Float64[np.ndarray, "m ends 3"]
     ) -> Slacks:
-        """Return the slacks of grips and grippers by one call of compiled code [m]."""
-        driven = np.concatenate([positions, orientations], axis=2)[:, self.driven]
-        found = np.full((len(driven), 3), np.nan)
-        self.centres = np.full((len(driven), len(self._radii), 3), np.nan)
-        if finite(driven):
-            kernels.gripper_slacks(
-                driven.reshape(-1, 7),
-                *self._packed_spheres,
-                self.collision.scene.table,
-                self.centres.reshape(-1, 3),
-                found,
-                len(self.driven),
-                self.boundaries.keep_out,
-                EXACT_SLACK,
-            )
-        result: Slacks = {"workspace": found[:, 0]}
+        """Return the slacks of a table by their rules, with those of the regions."""
+        result: Slacks = {"workspace": table[:, 0]}
         if self.boundaries.regions:
-            result["keep_in"] = region_slack(driven[..., :3], self.boundaries.regions)
-        result["keep_out"], result["table"] = found[:, 1], found[:, 2]
+            result["keep_in"] = region_slack(positions[:, self.driven], self.boundaries.regions)
+        result["keep_out"], result["table"] = table[:, 1], table[:, 2]
+        if positions.shape[1] == 2:
+            result["spacing"], result["overstretch"] = table[:, 3], table[:, 4]
         return result
 
     def slacks_of_bodies(
@@ -158,38 +181,43 @@ class MotionConstraints:
         """
         collision = CollisionConstraint(self.boundaries.keep_out)
         collision.scene = ObstacleScene(bodies)
-        result = collision.slacks(self._sphere_centres(positions, orientations), self._radii)
+        result = collision.slacks(self.gripper_centres(positions, orientations), self._radii)
         if positions.shape[1] == 2:
             distances = grip_distances(positions)
             result["overstretch"] = self.rope_length.slack(positions, distances)
         return result
 
-    def _sphere_centres(
+    def gripper_centres(
         self,
         positions: Float64[np.ndarray, "m ends 3"],
         orientations: Float64[np.ndarray, "m ends 4"],
     ) -> Float64[np.ndarray, "m k 3"]:
-        """Return the centres of the spheres that cover the driven grippers."""
+        """Return the centres of the spheres that cover the driven grippers [m]."""
+        if self._kernel is not None:
+            return self._kernel(positions, orientations, self.collision.scene).centres
         return positions[:, self._ends] + poses.rotate(orientations[:, self._ends], self._centres)
 
-    def gripper_spheres(
+    def gripper_spheres(self, end: int, centres: Float64[np.ndarray, "m k 3"]) -> Spheres:
+        """Return the spheres that cover the gripper of a driven end.
+
+        Args:
+            end: Index of the end.
+            centres: Centres of all driven grippers [m].
+        """
+        columns = self._columns[end]
+        return Spheres(centres[:, columns], self._radii[columns])
+
+    def placed_gripper(
         self,
         end: int,
         positions: Float64[np.ndarray, "m 3"],
         orientations: Float64[np.ndarray, "m 4"],
-        centres: Float64[np.ndarray, "m k 3"] | None = None,
     ) -> Spheres:
-        """Return the spheres that cover the gripper of one end at m poses.
+        """Return the spheres that cover the gripper of any end at m poses of its grip.
 
         Args:
             end: Index of the end.
             positions: Positions of its grip [m].
             orientations: Its orientations, wxyz.
-            centres: Centres of all driven grippers at these poses, where they are known [m].
         """
-        if centres is not None and end in self.driven:
-            first = int(np.searchsorted(self._ends, end))
-            size = len(self._spheres[end][0])
-            columns = slice(first, first + size)
-            return Spheres(centres[:, columns], self._radii[columns])
         return Spheres.of_gripper(self._spheres[end], positions, orientations)

@@ -19,7 +19,7 @@ from shared.constraints.motion_constraints import CellBoundaries, MotionConstrai
 from shared.constraints.path_densification import densified
 from shared.constraints.rule import Rule
 from shared.constraints.slacks import Slacks, first_broken
-from shared.constraints.spacing import body_spacing_slack
+from shared.constraints.spacing import BodySpacing
 from shared.constraints.sphere_distance import Spheres
 from shared.motion_contract import CHUNK_BOUNDARY_MARGIN
 
@@ -54,13 +54,14 @@ class PathCheck:
         self.joint_constraints = [
             (k, joints) for k, joints in enumerate(joint_constraints) if joints is not None
         ]
+        self._spacing = BodySpacing(boundaries.keep_out)
 
     def place(self, grips: Sequence[Pose]) -> None:
         """Set the poses of all ends; those of the fixed ends stay."""
         self._positions = np.array([g.position for g in grips], dtype=float)
         self._orientations = np.array([g.orientation for g in grips], dtype=float)
         self._fixed_grippers = {
-            end: self.constraints.gripper_spheres(
+            end: self.constraints.placed_gripper(
                 end, self._positions[None, end], self._orientations[None, end]
             )
             for end in range(len(grips))
@@ -141,16 +142,19 @@ class PathCheck:
             path: Positions and orientations of the driven grips: the present ones, which may only
                 get better where they break a rule, then those along the stop.
         """
+        positions, orientations = path[..., :3], path[..., 3:]
+        solved = solved_poses_of_stop(positions[1:]) if self.driven else []
+        rows = [1 + k for k in solved]
         for k, joints in self.joint_constraints:
+            joints.follow(positions[rows, k], orientations[rows, k])
             grip = Pose(state.positions[k], state.orientations[k])
             if joints.too_fast(grip, state.twists[k]):
                 return "joint_speed"
-        positions, orientations = path[..., :3], path[..., 3:]
-        found = first_broken(self.constraints.slacks(*self._all_ends(positions, orientations)))
+        found = self.constraints.broken(*self._all_ends(positions, orientations))
+        for _, joints in self.joint_constraints:
+            found = found or joints.broken_on_path(self.constraints.collision, 0.0)
         if not found and self.driven:
-            solved = solved_poses_of_stop(positions[1:])
-            centres = self.constraints.centres
-            found = self._broken_by_arms(positions, orientations, solved, centres=centres)
+            found = self._spacing_broken(self.constraints.centres[[0, *rows]], 0.0)
         return found[0] if found else None
 
     def broken_by_arms(
@@ -175,7 +179,7 @@ class PathCheck:
         positions = np.array([command.positions, [g.position for g in grips]])
         orientations = np.array([command.orientations, [g.orientation for g in grips]])
         path = self._all_ends(positions, orientations)
-        slacks = self.constraints.slacks(*path)
+        slacks, centres = self.constraints.slacks(*path), self.constraints.centres
         if self.constraints.rope_length.searching:
             # Judged as soon as it is known: a stop that a person acknowledges needs a finding.
             slacks.pop("overstretch", None)
@@ -186,12 +190,7 @@ class PathCheck:
             )
         if found or len(self._positions) != 2 or len(measured) < len(self.joint_constraints):
             return found
-        left, right = self._bodies(*path)
-        collision = self.constraints.collision
-        keep_out, kernels = collision.keep_out, collision.kernels
-        return _worse(
-            {"spacing": body_spacing_slack(left, right, keep_out, kernels)}, MEASURED_TOLERANCE
-        )
+        return _worse({"spacing": self._spacing_slack(centres)}, MEASURED_TOLERANCE)
 
     def _broken_by_grippers(
         self,
@@ -202,7 +201,7 @@ class PathCheck:
     ) -> tuple[Rule, float] | None:
         """Return the rule that the grips and grippers break along a path, and by how much [m]."""
         path = self._from_present(present, positions, orientations)
-        return first_broken(self.constraints.slacks(*path), margin)
+        return self.constraints.broken(*path, margin)
 
     def _from_present(
         self, present: MotionState, positions: Positions, orientations: Orientations
@@ -218,9 +217,8 @@ class PathCheck:
         positions: Positions,
         orientations: Orientations,
         solved: list[int],
-        margin: float = 0.0,
-        dt: float | None = None,
-        centres: Float64[np.ndarray, "m k 3"] | None = None,
+        margin: float,
+        dt: float,
     ) -> tuple[Rule, float] | None:
         """Return the rule that the joints and bodies of the arms break along a path.
 
@@ -228,49 +226,51 @@ class PathCheck:
             positions: Positions of the driven grips, the present ones first [m].
             orientations: Their orientations, wxyz.
             solved: Indices of the poses that are checked, counted after the present one.
-            dt: Time between two poses [s]; None where they are not evenly spaced in time.
-            centres: Centres of the driven grippers' spheres along the path, if known [m].
+            margin: Slack that is demanded beyond zero [m].
+            dt: Time between two poses [s].
         """
-        collision = self.constraints.collision
         for k, joints in self.joint_constraints:
             path = positions[1:, k], orientations[1:, k]
-            found = joints.broken(*path, solved, collision, margin, dt)
+            found = joints.broken(*path, solved, self.constraints.collision, margin, dt)
             if found:
                 return found
+        rows = [0, *(1 + k for k in solved)]
+        path = self._all_ends(positions[rows], orientations[rows])
+        return self._spacing_broken(self.constraints.gripper_centres(*path), margin)
+
+    def _spacing_broken(
+        self, centres: Float64[np.ndarray, "m k 3"], margin: float
+    ) -> tuple[Rule, float] | None:
+        """Return whether the bodies of both ends come too close along a path, and by how much [m].
+
+        Args:
+            centres: Centres of the spheres that cover the driven grippers, at the poses for which
+                joints have just been solved, the present ones first [m].
+            margin: Slack that is demanded beyond zero [m].
+        """
         if len(self._positions) != 2:
             return None
-        rows = [0, *(1 + k for k in solved)]
-        known = None if centres is None else centres[rows]
-        left, right = self._bodies(*self._all_ends(positions[rows], orientations[rows]), known)
-        return first_broken(
-            {"spacing": body_spacing_slack(left, right, collision.keep_out, collision.kernels)},
-            margin,
-        )
+        return first_broken({"spacing": self._spacing_slack(centres)}, margin)
 
-    def _bodies(
-        self,
-        positions: Float64[np.ndarray, "m ends 3"],
-        orientations: Float64[np.ndarray, "m ends 4"],
-        centres: Float64[np.ndarray, "m k 3"] | None = None,
-    ) -> list[Spheres]:
-        """Return the bodies of each end along the path whose joints have just been checked."""
-        arms = {self.driven[k]: joints for k, joints in self.joint_constraints}
-        rows = []
-        for end in range(positions.shape[1]):
-            pose = positions[:, end], orientations[:, end]
-            if end in self._fixed_grippers:
-                gripper = self._fixed_grippers[end].repeated(len(positions))
-            else:
-                gripper = self.constraints.gripper_spheres(end, *pose, centres)
-            arm = [arms[end].spheres()] if end in arms else []
-            rows.append(Spheres.joined([gripper, *arm]))
-        return rows
+    def _spacing_slack(
+        self, centres: Float64[np.ndarray, "m k 3"]
+    ) -> Float64[np.ndarray, "m"]:
+        """Return the slack of the distance between all bodies of both ends [m]; as above."""
+        left, right = (
+            [self._fixed_grippers.get(end) or self.constraints.gripper_spheres(end, centres)]
+            for end in range(2)
+        )
+        for k, joints in self.joint_constraints:
+            (left, right)[self.driven[k]].extend(joints.bodies())
+        return self._spacing.slack(left, right, len(centres), self.constraints.collision.kernels)
 
     def _all_ends(
         self, positions: Positions, orientations: Orientations
     ) -> tuple[Float64[np.ndarray, "m ends 3"], Float64[np.ndarray, "m ends 4"]]:
         """Return the poses of all ends for poses of the driven ones."""
         count = len(positions)
+        if len(self.driven) == len(self._positions):
+            return positions, orientations
         all_positions = np.repeat(self._positions[None], count, axis=0)
         all_orientations = np.repeat(self._orientations[None], count, axis=0)
         all_positions[:, self.driven] = positions

@@ -33,11 +33,12 @@ def densified(
     """
     if len(positions) < 2:
         return positions, orientations
-    steps = np.diff(positions, axis=0)
+    steps = positions[1:] - positions[:-1]
     turns = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
-    moved = np.linalg.norm(steps, axis=-1) + GRIPPER_LEVER_ARM * np.linalg.norm(turns, axis=-1)
-    parts = np.ceil(np.max(moved, axis=1, initial=0.0) / MAX_POSE_SPACING).astype(int)
-    if np.max(parts) <= 1:
+    moved = np.sqrt(np.add.reduce(steps * steps, axis=-1))
+    moved += GRIPPER_LEVER_ARM * np.sqrt(np.add.reduce(turns * turns, axis=-1))
+    parts = np.ceil(moved.max(axis=1, initial=0.0) / MAX_POSE_SPACING).astype(int)
+    if parts.max() <= 1:
         return positions, orientations
     parts = np.maximum(parts, 1)
     segment = np.repeat(np.arange(len(parts)), parts)

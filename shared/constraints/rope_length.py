@@ -12,7 +12,6 @@ from lariat.geometry.obstacles import Obstacle
 from shared.constraints.known_paths import KnownPaths
 from shared.constraints.obstacle_scene import ObstacleScene
 from shared.constraints.shortest_path import PathSearch, ShortPath, joined
-from shared.constraints.sphere_kernels import SphereKernels, finite
 
 MIN_AHEAD_SLACK = 0.08
 """Slack below which a path is searched before the known ones do not suffice any more [m]: a search
@@ -45,8 +44,6 @@ class RopeLengthConstraint:
         self._paths = KnownPaths()
         self._search: PathSearch | None = None
         self._steps = SEARCH_STEPS
-        self.kernels: SphereKernels | None = None
-        """Compiled distances; None: those of NumPy."""
         self._joined = False
         """Whether a path was joined to other ends since one was searched."""
         self.searching = False
@@ -88,7 +85,7 @@ class RopeLengthConstraint:
     ) -> Float64[np.ndarray, "m"]:
         """Return upper bounds on the shortest paths, tight where they exceed the limit [m]."""
         self.searching = False
-        if not self._touched(positions):
+        if not np.any(self._scene.touched(positions[:, 0], positions[:, 1])):
             return distances
         steps = self._steps
         lengths, looseness = self._paths.upper_bounds(positions)
@@ -127,15 +124,6 @@ class RopeLengthConstraint:
             worst = int(np.argmax(lengths))
             self._advance_search(positions[worst], min(steps, SEARCH_STEPS))
         return np.maximum(lengths, distances)
-
-    def _touched(self, positions: Float64[np.ndarray, "m 2 3"]) -> bool:
-        """Return whether the bounding sphere of a solid is in the way of a straight path."""
-        if self.kernels is None or not finite(positions):
-            return bool(np.any(self._scene.touched(positions[:, 0], positions[:, 1])))
-        found = np.empty(1)
-        ends = np.ascontiguousarray(positions).reshape(-1, 3)
-        self.kernels.touched_lines(ends, self._scene.table, found)
-        return bool(found[0])
 
     def _join(self, ends: Float64[np.ndarray, "2 3"]) -> bool:
         """Remember the nearest path joined to other ends, if it is short enough then."""

@@ -9,12 +9,6 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
-from lariat.geometry.obstacles import (
-    bounding_box,
-    chain_clearance,
-    out_of_reach,
-    signed_distance,
-)
 from lariat.trajectory import NANOSECONDS
 from services.sim.distractors import MovingTubes
 from services.sim.marked_obstacles import MarkedObstacles
@@ -32,8 +26,10 @@ from shared.messages.parameters import named_parameters
 from shared.runtime.service import SECOND
 from shared.scenario import Scenario
 from stack.simulation.horizon_error import HorizonError
+from stack.simulation.least_clearance import LeastClearance
 from stack.simulation.sensing_error import SensingError
 from stack.simulation.simulated_time import Delivery
+from stack.simulation.true_rope import TrueRope
 
 FINAL_ERROR_WINDOW = SECOND // 5
 """Time before the end of a run over which the final error is averaged [ns]."""
@@ -41,8 +37,6 @@ CURVE_POINTS = 1000
 """Points of the true rope's curve to which distances of the goal are measured."""
 DENSE_POINTS = 250
 """Points of rope and distractor whose distances are measured: 2 mm apart on half a metre."""
-CONTACT_DISTANCE = 0.0
-"""Distance of the surfaces of rope and obstacle at and below which they touch [m]."""
 
 
 @dataclass
@@ -59,12 +53,8 @@ class Scorer:
     """Time at which the run began [ns]; 0 before."""
     ended: int = 0
     """Stamp of the newest true rope [ns]."""
-    min_clearance: float = np.inf
-    """Least distance between the surfaces of rope and obstacles [m]."""
     min_distractor_clearance: float = np.inf
     """Least distance between the surfaces of rope and distractors [m]."""
-    contact_time: float = 0.0
-    """Time in contact [s]."""
     length_error: float = 0.0
     """Largest deviation of the true rope's length from its length at rest [m]."""
     errors: list[tuple[int, float, float]] = field(default_factory=list)
@@ -89,6 +79,7 @@ class Scorer:
         self._update_obstacles()
         self._distractors = MovingTubes(self.scenario.distractors)
         self._radius = self.scenario.plant_rope.diameter / 2.0
+        self._clearance = LeastClearance(self._radius)
         self._goal: Float64[np.ndarray, "n 3"] | None = None
         self._wanted = Goal()
         self._counted = np.zeros(0, dtype=bool)
@@ -115,10 +106,10 @@ class Scorer:
             case topics.ROPE_TRUTH.key:
                 message = delivery.parse()
                 if self.started and message.stamp >= self.started:
-                    nodes = chain(message.positions)
-                    self._take_rope(message.stamp, nodes)
-                    self.horizon_error.take_rope(message.stamp, nodes)
-                    self.sensing_error.take_rope(message.stamp, nodes)
+                    rope = TrueRope(message.stamp, chain(message.positions))
+                    self._take_rope(rope)
+                    self.horizon_error.take_rope(rope.stamp, rope.nodes)
+                    self.sensing_error.take_rope(rope)
             case topics.ROPE_NODES.key:
                 message = delivery.parse()
                 if message.positions:
@@ -151,24 +142,23 @@ class Scorer:
                 self.started = task.run_started or task.stamp
         self.replans = task.replan_count - self._first_replans
 
-    def _take_rope(self, stamp: int, nodes: Float64[np.ndarray, "n 3"]) -> None:
+    def _take_rope(self, rope: TrueRope) -> None:
+        stamp, nodes = rope.stamp, rope.nodes
         since = self.ended or self.started
         self.ended = stamp
         self._nodes = nodes
         if self._goal is not None:
             resampled = nodes
             if len(nodes) != len(self._goal):
-                resampled = polylines.resample_smooth(nodes, len(self._goal))
+                resampled = rope.resampled(len(self._goal))
             distances = np.linalg.norm(resampled - self._goal, axis=1)[self._counted]
             self.errors.append((stamp, float(np.mean(distances)), float(np.max(distances))))
             self.angles.append(goal_angle(self._wanted, nodes))
         deviation = abs(polylines.length(nodes) - self.scenario.plant_rope.length)
         self.length_error = max(self.length_error, deviation)
         self._take_distractors(stamp, nodes)
-        nearest = self._clearance(nodes, stamp)
-        self.min_clearance = min(self.min_clearance, nearest)
-        if nearest <= CONTACT_DISTANCE:
-            self.contact_time += (stamp - since) / SECOND
+        obstacles = obstacles_at(self._obstacles, self._motions, stamp * NANOSECONDS)
+        self._clearance.take(stamp - since, nodes, obstacles)
 
     def _take_distractors(self, stamp: int, nodes: Float64[np.ndarray, "n 3"]) -> None:
         tubes = self._distractors.at((stamp - self.started) / SECOND)
@@ -180,20 +170,15 @@ class Scorer:
             clearance = float(gap) - tube.radius - self._radius
             self.min_distractor_clearance = min(self.min_distractor_clearance, clearance)
 
-    def _clearance(self, nodes: Float64[np.ndarray, "n 3"], stamp: int) -> float:
-        """Least distance between surfaces if it can change the score, else infinite [m]."""
-        edges = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
-        nearest, box = np.inf, bounding_box(nodes)
-        reach = self._radius + max(self.min_clearance, CONTACT_DISTANCE)
-        for obstacle in obstacles_at(self._obstacles, self._motions, stamp * NANOSECONDS):
-            if out_of_reach(box, obstacle, reach):
-                continue
-            distance = signed_distance(nodes, obstacle) - self._radius
-            # A distance function has slope 1: this is a lower bound for all points of an edge.
-            bound = np.min((distance[:-1] + distance[1:] - edges) / 2.0)
-            if bound < max(self.min_clearance, CONTACT_DISTANCE) and bound < nearest:
-                nearest = min(nearest, chain_clearance(nodes, self._radius, [obstacle]))
-        return nearest
+    @property
+    def min_clearance(self) -> float:
+        """Least distance between the surfaces of rope and obstacles [m]."""
+        return self._clearance.least
+
+    @property
+    def contact_time(self) -> float:
+        """Time in contact [s]."""
+        return self._clearance.contact_time
 
     @property
     def final(self) -> tuple[float, float]:

@@ -7,12 +7,10 @@ from collections import deque
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.geometry import polylines
 from shared.runtime.service import SECOND
 from stack.simulation.horizon_error import MIN_NODE_SPEED
+from stack.simulation.true_rope import TrueRope
 
-_Moment = tuple[int, Float64[np.ndarray, "m 3"]]
-"""Time [ns] and true nodes [m]."""
 KEPT = SECOND
 """Time for which the true rope is kept, longer than an image is old when its nodes arrive [ns]."""
 
@@ -24,7 +22,7 @@ class SensingError:
     """
 
     def __init__(self) -> None:
-        self._truth: deque[_Moment] = deque()
+        self._truth: deque[TrueRope] = deque()
         self._squares: list[float] = []
 
     @property
@@ -32,10 +30,10 @@ class SensingError:
         """Root mean square over seen nodes and images [m]; None when the rope never moved."""
         return float(np.sqrt(np.mean(self._squares))) if self._squares else None
 
-    def take_rope(self, stamp: int, nodes: Float64[np.ndarray, "m 3"]) -> None:
-        """Remember the true rope at `stamp` [ns]."""
-        self._truth.append((stamp, nodes))
-        while self._truth[0][0] < stamp - KEPT:
+    def take_rope(self, rope: TrueRope) -> None:
+        """Remember the true rope."""
+        self._truth.append(rope)
+        while self._truth[0].stamp < rope.stamp - KEPT:
             self._truth.popleft()
 
     def take_seen(
@@ -51,17 +49,25 @@ class SensingError:
         pair = self._around(stamp)
         if pair is None or not np.any(observed):
             return
-        (before, old), (after, new) = pair
-        speed = np.mean(np.linalg.norm(new - old, axis=1)) * SECOND / (after - before)
+        old, new = pair
+        moved = np.mean(np.linalg.norm(new.nodes - old.nodes, axis=1))
+        speed = moved * SECOND / (new.stamp - old.stamp)
         if speed < MIN_NODE_SPEED:
             return
-        share = (stamp - before) / (after - before)
-        true = polylines.resample_smooth((1.0 - share) * old + share * new, len(nodes))
+        true = _between(old, new, stamp).resampled(len(nodes))
         self._squares.append(float(np.mean(np.sum((nodes - true)[observed] ** 2, axis=1))))
 
-    def _around(self, stamp: int) -> tuple[_Moment, _Moment] | None:
+    def _around(self, stamp: int) -> tuple[TrueRope, TrueRope] | None:
         """True ropes before and at or after a time; None if one of them is missing."""
         for k in range(len(self._truth) - 1, 0, -1):
-            if self._truth[k - 1][0] < stamp <= self._truth[k][0]:
+            if self._truth[k - 1].stamp < stamp <= self._truth[k].stamp:
                 return self._truth[k - 1], self._truth[k]
         return None
+
+
+def _between(old: TrueRope, new: TrueRope, stamp: int) -> TrueRope:
+    """Return the true rope at a time between two others, or at the later one."""
+    if stamp == new.stamp:
+        return new
+    share = (stamp - old.stamp) / (new.stamp - old.stamp)
+    return TrueRope(stamp, (1.0 - share) * old.nodes + share * new.nodes)

@@ -7,6 +7,7 @@ same.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -43,6 +44,7 @@ class ChunkCheck:
         paths: PathCheck,
         limits: MotionLimits,
         tolerances: ChunkTolerances,
+        curve: Callable[[SetpointChunk, int], Spline] = Spline,
     ) -> None:
         """Create the check of a chunk whose numbers are finite.
 
@@ -52,12 +54,14 @@ class ChunkCheck:
             paths: Constraints of the cell.
             limits: Limits on the motion of each gripper.
             tolerances: Tolerances for chunks.
+            curve: Creates the curve of a chunk that begins at a time [ns].
         """
         self.chunk = chunk
         self.offset = offset
         self._paths = paths
         self._limits = limits
         self._tolerances = tolerances
+        self._curve = curve
         self._obstacles = paths.constraints.obstacles
         self._first: int | None = None
         """Index of the first pose that is checked; None before the first piece."""
@@ -65,7 +69,7 @@ class ChunkCheck:
     @cached_property
     def spline(self) -> Spline:
         """Curve of the chunk."""
-        return Spline(self.chunk, self.chunk.start + self.offset)
+        return self._curve(self.chunk, self.chunk.start + self.offset)
 
     def advance(self, now: int, state: MotionState, taking_over: int) -> bool:
         """Check the next piece, and return whether the chunk keeps every rule.

@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry.poses import Pose, pose_difference
+from lariat.geometry.poses import Pose
 from lariat.trajectory import (
     NANOSECONDS,
     Blend,
@@ -21,6 +22,7 @@ from lariat.trajectory import (
     SetpointChunk,
     Spline,
 )
+from lariat.trajectory.limits import norms
 from services.robot_gateway.motion import motion_kernels, validation
 from services.robot_gateway.motion.chunk_check import ChunkCheck
 from services.robot_gateway.motion.reference_tracking import (
@@ -79,7 +81,8 @@ class SetpointFollower:
         self.limits = limits
         self.tracker = ReferenceTracker(self.limits)
         self.paths = PathCheck(boundaries, self.driven, joint_constraints)
-        self._blend: Callable[[Spline, MotionState, int, float], Blend] = Blend
+        self._spline: Callable[[SetpointChunk, int], Spline] = Spline
+        self._blend: Callable[[Any, MotionState, int, float], Blend] = Blend
         self.stops = 0
         """Number of times that the command was halted or placed: what arrived before is void."""
         self.place(starts)
@@ -90,8 +93,9 @@ class SetpointFollower:
         found = motion_kernels.compiled()
         if found is not None and self.driven:
             reference, command = found
-            self._blend = partial(motion_kernels.CompiledBlend, reference)
-            self.tracker = motion_kernels.CompiledTracker(command, self.tracker)
+            self._spline = partial(motion_kernels.CompiledSpline, reference)
+            self._blend = motion_kernels.CompiledBlend
+            self.tracker = motion_kernels.CompiledTracker(command, self.tracker, len(self.driven))
 
     @property
     def constraints(self) -> MotionConstraints:
@@ -128,7 +132,7 @@ class SetpointFollower:
         left = max(self._reference.end - now, 0)
         count = self.settings.arrival_samples
         ahead = [now + left * k // count for k in range(count + 1)]
-        gaps = np.array([self._gap(self._reference(at)) for at in ahead])
+        gaps = np.array([validation.gap(self.state, self._reference(at)) for at in ahead])
         still = np.all(np.abs(self.state.twists) < self.settings.arrival_speed)
         return bool(np.all(gaps < self.settings.arrival_tolerance) and still)
 
@@ -140,15 +144,7 @@ class SetpointFollower:
         """Return distance and angle from the command to its chunk, of the farthest end [m, rad]."""
         if self._reference is None or not self.driven:
             return 0.0, 0.0
-        return self._gap(self._reference(now))
-
-    def _gap(self, target: MotionState) -> tuple[float, float]:
-        """Return distance and angle from the command to a state, of the farthest end [m, rad]."""
-        distance = angle = 0.0
-        for p, q in zip(self.state.grips, target.grips, strict=True):
-            gap, turn = pose_difference(p, q)
-            distance, angle = max(distance, gap), max(angle, turn)
-        return distance, angle
+        return validation.gap(self.state, self._reference(now))
 
     def check(self, chunk: SetpointChunk, now: int, offset: int = 0) -> Spline:
         """Return the curve of a chunk that may be followed, all pieces checked at once.
@@ -179,7 +175,7 @@ class SetpointFollower:
         """
         validation.check_finite(chunk, len(self.driven), self.tolerances)
         validation.check_fresh(chunk, now, offset, self.tolerances)
-        return ChunkCheck(chunk, offset, self.paths, self.limits, self.tolerances)
+        return ChunkCheck(chunk, offset, self.paths, self.limits, self.tolerances, self._spline)
 
     def advance(self, check: ChunkCheck, now: int) -> bool:
         """Check the next piece of a chunk at `now` [ns]; return whether its curve may be followed.
@@ -194,12 +190,13 @@ class SetpointFollower:
         # The motion is known at the last tick, not when a message happens to arrive.
         now = self._time or now
         target = spline(now)
-        gap = np.linalg.norm(target.positions - self.state.positions, axis=-1)
-        slip = np.linalg.norm(target.twists[:, 0] - self.state.twists[:, 0], axis=-1)
+        gap = norms(target.positions - self.state.positions)
+        slip = norms(target.twists[:, 0] - self.state.twists[:, 0])
         limit = self.limits.acceleration
         # A quintic offset of size d takes accelerations of up to 5.8 d / T^2, half of the limit.
         wanted = np.maximum(np.sqrt(11.5 * gap / limit), 4.0 * slip / limit)
-        duration = float(np.clip(np.max(wanted, initial=0.0), *self.settings.blend_time))
+        least, most = self.settings.blend_time
+        duration = min(max(float(wanted.max(initial=0.0)), least), most)
         self._reference = self._blend(spline, self.state, now, duration)
 
     def halt(self) -> None:

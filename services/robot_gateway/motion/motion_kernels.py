@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from jaxtyping import Float64
 from lariat.machine_code import library
 from lariat.machine_code.call import CompiledKernel
 from lariat.machine_code.kernel_source import KernelSource
-from lariat.trajectory import NANOSECONDS, Blend, MotionState, Spline, Stop
+from lariat.trajectory import NANOSECONDS, Blend, MotionState, SetpointChunk, Spline, Stop
 from services.robot_gateway.motion.reference_tracking import NextCommand, ReferenceTracker
 from shared.constraints.path_densification import (
     GRIPPER_LEVER_ARM,
@@ -49,63 +50,87 @@ def compiled() -> tuple[CompiledKernel, CompiledKernel] | None:
     return (reference, command) if reference and command else None
 
 
+@dataclass(frozen=True)
+class PackedState(MotionState):
+    """State of motion whose numbers lie side by side."""
+
+    rows: States
+    """State of each grip."""
+
+
+class CompiledSpline(Spline):
+    """Curve of a chunk."""
+
+    def __init__(self, kernel: CompiledKernel, chunk: SetpointChunk, start: int) -> None:
+        """Build the curve of a chunk of at least two poses.
+
+        Args:
+            kernel: The kernel.
+            chunk: A chunk whose numbers are finite and whose quaternions have unit norm.
+            start: Time of its first pose on the clock of the reader [ns].
+        """
+        super().__init__(chunk, start)
+        count = len(self.first)
+        points, first = self.points.reshape(-1, 6), np.ascontiguousarray(self.first)
+        self.mismatch = np.zeros((count, 18))
+        """Pose, twist and acceleration of each grip as a transition begins, less the curve's."""
+        self._rows = np.empty((count, 19))
+        arrays = points, first, self.mismatch, self._rows
+        self._call = kernel.prepared(*arrays, self.count, self.dt)
+
+    def _state(self, now: int) -> MotionState:
+        return self.blended(now, 1.0, 1.0)
+
+    def blended(self, now: int, fade: float, duration: float) -> MotionState:
+        """Return the state with what is left of the mismatch.
+
+        Args:
+            now: Time on the clock of the reader [ns].
+            fade: Time since the transition began, as a fraction of its duration [-].
+            duration: Duration of the transition [s].
+        """
+        self._call((now - self.start) * NANOSECONDS / self.dt, fade, duration)
+        return _state_of(self._rows.copy())
+
+
 class CompiledBlend(Blend):
-    """Transition to a spline."""
+    """Transition to a curve, which serves one of them at a time."""
+
+    spline: CompiledSpline
 
     def __init__(
-        self,
-        kernel: CompiledKernel,
-        spline: Spline,
-        origin: MotionState,
-        now: int,
-        duration: float,
+        self, spline: CompiledSpline, origin: MotionState, now: int, duration: float
     ) -> None:
         """Begin a transition.
 
         Args:
-            kernel: The kernel.
             spline: Curve on which the transition ends.
             origin: Motion at the beginning.
             now: Time of the beginning [ns].
             duration: Time in which the offset fades [s].
         """
         super().__init__(spline, origin, now, duration)
-        count = len(spline.first)
-        self._kernel = kernel
-        mismatch = np.concatenate([self.displacements, self.twists, self.accelerations], axis=1)
-        arrays = spline.points.reshape(-1, 6), spline.first, mismatch.reshape(count, 18)
-        self._curve = tuple(
-            kernel.packed(k, np.ascontiguousarray(rows)) for k, rows in enumerate(arrays)
-        )
+        parts = self.displacements, self.twists, self.accelerations
+        spline.mismatch[:] = np.concatenate(parts, axis=1).reshape(-1, 18)
 
     def _state(self, now: int) -> MotionState:
-        spline = self.spline
-        rows = np.empty((len(spline.first), 19))
-        self._kernel(
-            *self._curve,
-            rows,
-            spline.count,
-            spline.dt,
-            (now - spline.start) * NANOSECONDS / spline.dt,
-            (now - self.now) * NANOSECONDS / self.duration,
-            self.duration,
-        )
-        return _state_of(rows)
+        fade = (now - self.now) * NANOSECONDS / self.duration
+        return self.spline.blended(now, fade, self.duration)
 
 
 class CompiledTracker(ReferenceTracker):
     """Control law whose step is compiled."""
 
-    def __init__(self, kernel: CompiledKernel, tracker: ReferenceTracker) -> None:
+    def __init__(self, kernel: CompiledKernel, tracker: ReferenceTracker, count: int) -> None:
         """Create the control law.
 
         Args:
             kernel: The kernel.
             tracker: The same control law.
+            count: Number of grips.
         """
         super().__init__(tracker.limits, tracker.settings)
         limits = self.limits
-        self._kernel = kernel
         bounds = [
             limits.speed_bounds,
             limits.acceleration_bounds,
@@ -115,55 +140,49 @@ class CompiledTracker(ReferenceTracker):
             self.velocity_gain,
             self.too_fast_bounds,
         ]
+        self._states = tuple(np.empty((count, 19)) for _ in range(3))
+        self._wanted = np.empty((count, 19))
+        self._jerks, self._durations = np.empty((4, count, 2, 3)), np.empty((4, count, 2, 1))
+        self._path = np.empty((MOST_STOP_POSES + 1, count, 7))
         self._results = np.zeros(2)
-        self._packed_limits = kernel.packed(0, np.hstack(bounds))
-        self._packed_results = kernel.packed(8, self._results)
+        self._call = kernel.prepared(
+            np.hstack(bounds),
+            *self._states,
+            self._wanted,
+            self._jerks.reshape(-1, 3),
+            self._durations.reshape(-1, 1),
+            self._path.reshape(-1, 7),
+            self._results,
+        )
 
     def advance(
         self, state: MotionState, now: MotionState, then: MotionState, h: float
     ) -> NextCommand:
-        count = len(state.positions)
-        wanted, path = np.empty((count, 19)), np.empty(((MOST_STOP_POSES + 1) * count, 7))
-        jerks, durations = np.empty((8 * count, 3)), np.empty((8 * count, 1))
-        self._kernel(
-            self._packed_limits,
-            _rows_of(state),
-            _rows_of(now),
-            _rows_of(then),
-            wanted,
-            jerks,
-            durations,
-            path,
-            self._packed_results,
-            h,
-            MAX_POSE_SPACING,
-            GRIPPER_LEVER_ARM,
-            LEAST_STOP_POSES,
-        )
-        after = _state_of(wanted)
+        for rows, given in zip(self._states, (state, now, then), strict=True):
+            _write(rows, given)
+        self._call(h, MAX_POSE_SPACING, GRIPPER_LEVER_ARM, LEAST_STOP_POSES)
+        after = _state_of(self._wanted.copy())
         stop = Stop(
-            after.twists,
-            after.accelerations,
-            jerks.reshape(4, count, 2, 3),
-            durations.reshape(4, count, 2, 1),
+            after.twists, after.accelerations, self._jerks.copy(), self._durations.copy()
         )
         poses, too_fast = self._results.tolist()
-        rows = path.reshape(-1, count, 7)[: int(poses) + 1]
-        return NextCommand(after, stop, rows, too_fast != 0.0)
+        return NextCommand(after, stop, self._path[: int(poses) + 1], too_fast != 0.0)
 
 
-def _rows_of(state: MotionState) -> States:
-    rows = np.empty((len(state.positions), 19))
+def _write(rows: States, state: MotionState) -> None:
+    if isinstance(state, PackedState):
+        rows[:] = state.rows
+        return
     rows[:, :3], rows[:, 3:7] = state.positions, state.orientations
     rows[:, 7:13] = state.twists.reshape(-1, 6)
     rows[:, 13:] = state.accelerations.reshape(-1, 6)
-    return rows
 
 
-def _state_of(rows: States) -> MotionState:
-    return MotionState(
+def _state_of(rows: States) -> PackedState:
+    return PackedState(
         rows[:, :3],
         rows[:, 3:7],
         rows[:, 7:13].reshape(-1, 2, 3),
         rows[:, 13:].reshape(-1, 2, 3),
+        rows,
     )

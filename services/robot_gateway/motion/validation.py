@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from lariat.geometry import poses
+from lariat.geometry.poses import angle_between
 from lariat.trajectory import NANOSECONDS, MotionLimits, MotionState, SetpointChunk, Spline
 from shared.constraints.rule import Rule
 from shared.motion_contract import LEAST_CHUNK_SPAN
@@ -86,12 +87,12 @@ def check_finite(chunk: SetpointChunk, ends: int, tolerances: ChunkTolerances) -
     shapes = (chunk.positions.shape, chunk.orientations.shape)
     if shapes != ((k, ends, 3), (k, ends, 4)) or k < 2:
         raise ChunkRefused("finite", f"poses of shapes {shapes} do not fit {ends} driven ends")
-    if not (np.all(np.isfinite(chunk.positions)) and np.all(np.isfinite(chunk.orientations))):
+    if not (np.isfinite(chunk.positions).all() and np.isfinite(chunk.orientations).all()):
         raise ChunkRefused("finite", "a pose holds a number that is not finite")
-    if np.max(np.abs(chunk.positions)) > tolerances.coordinate:
-        raise ChunkRefused("finite", f"a position of {np.max(np.abs(chunk.positions)):g} m")
+    if (farthest := np.abs(chunk.positions).max()) > tolerances.coordinate:
+        raise ChunkRefused("finite", f"a position of {farthest:g} m")
     norms = np.linalg.norm(chunk.orientations, axis=-1)
-    if np.max(np.abs(norms - 1.0)) > tolerances.quaternion_norm:
+    if np.abs(norms - 1.0).max() > tolerances.quaternion_norm:
         worst = norms.flat[np.argmax(abs(norms - 1))]
         raise ChunkRefused("finite", f"a quaternion of norm {worst:g}")
     low, high = tolerances.dt
@@ -135,26 +136,26 @@ def check_limits(
         ChunkRefused: By rule `rest`, `speed`, `acceleration` or `jerk`.
     """
     past = max(int((now - spline.start) * NANOSECONDS / spline.dt) - 1, 0)
-    table: tuple[tuple[Rule, int, np.ndarray, float, tuple[str, str]], ...] = (
-        ("speed", 1, limits.speed_bounds, tolerances.speed, ("m/s", "rad/s")),
+    speeds, last = spline.differences(1), spline.count - 1
+    table: tuple[tuple[Rule, np.ndarray, np.ndarray, float, tuple[str, str]], ...] = (
+        ("speed", speeds, limits.speed_bounds, tolerances.speed, ("m/s", "rad/s")),
         (
             "acceleration",
-            2,
+            spline.differences(2),
             limits.acceleration_bounds,
             tolerances.acceleration,
             ("m/s²", "rad/s²"),
         ),
-        ("jerk", 3, limits.jerk_bounds, tolerances.jerk, ("m/s³", "rad/s³")),
+        ("jerk", spline.differences(3), limits.jerk_bounds, tolerances.jerk, ("m/s³", "rad/s³")),
     )
-    last = spline.count - 1
-    stopping = spline.differences(1)[last - 1] / spline.dt
+    stopping = speeds[last - 1] / spline.dt
     if np.any(stopping > tolerances.acceleration * limits.acceleration_bounds[..., 0]):
         worst = float(np.max(stopping * spline.dt))
         raise ChunkRefused("rest", f"does not end at rest: its last poses move at {worst:.3f} m/s")
-    for rule, order, limit, factor, units in table:
-        found = spline.differences(order)[past:]
+    for rule, differences, limit, factor, units in table:
+        found = differences[past:]
         excess = found / (factor * limit[..., 0])
-        if np.any(excess > 1.0 + 1e-9):
+        if excess.max(initial=0.0) > 1.0 + 1e-9:
             _, end, kind = np.unravel_index(int(np.argmax(excess)), excess.shape)
             worst = float(np.max(found[:, end, kind]))
             raise ChunkRefused(
@@ -176,12 +177,16 @@ def check_step(spline: Spline, now: int, state: MotionState, tolerances: ChunkTo
     Raises:
         ChunkRefused: By rule `step`.
     """
-    target = spline(now)
-    distance = float(np.max(np.linalg.norm(target.positions - state.positions, axis=-1)))
+    distance, angle = gap(state, spline(now))
     if distance > tolerances.step:
         raise ChunkRefused("step", f"jumps by {1e3 * distance:.1f} mm from the commanded position")
-    back = poses.conjugate(state.orientations)
-    turn = poses.logarithm(poses.multiply(target.orientations, back))
-    angle = float(np.max(np.linalg.norm(turn, axis=-1)))
     if angle > tolerances.turn:
         raise ChunkRefused("step", f"jumps by {angle:.3f} rad from the commanded orientation")
+
+
+def gap(state: MotionState, target: MotionState) -> tuple[float, float]:
+    """Return distance and angle between two states, of the farthest end each [m, rad]."""
+    ends = zip(state.positions.tolist(), target.positions.tolist(), strict=True)
+    turns = zip(state.orientations.tolist(), target.orientations.tolist(), strict=True)
+    distance = max((math.dist(a, b) for a, b in ends), default=0.0)
+    return distance, max((angle_between(a, b) for a, b in turns), default=0.0)

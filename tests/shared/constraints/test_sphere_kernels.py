@@ -11,8 +11,8 @@ from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import TABLE, Obstacle
 from shared.constraints.collision import EXACT_SLACK
 from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
-from shared.constraints.slacks import Slacks
-from shared.constraints.spacing import body_spacing_slack
+from shared.constraints.slacks import Slacks, first_broken
+from shared.constraints.spacing import BodySpacing, body_spacing_slack
 from shared.constraints.sphere_distance import Spheres
 from shared.constraints.sphere_kernels import SphereKernels
 
@@ -27,18 +27,22 @@ OBSTACLES = (
     Obstacle("half_space", (0.0, 0.0, 0.0), (0.98, 0.2, 0.0, 0.0), name="slope"),
     TABLE,
 )
+REGIONS = (Obstacle("sphere", (0.0, 0.0, 0.0), radius=0.5, keep_in=True),)
 
 pytestmark = pytest.mark.skipif(KERNELS is None, reason="needs an assembler")
 
 
 def constraints(
-    driven: Sequence[int], obstacles: Sequence[Obstacle], compiled: bool
+    driven: Sequence[int],
+    obstacles: Sequence[Obstacle],
+    compiled: bool,
+    regions: tuple[Obstacle, ...] = REGIONS,
 ) -> MotionConstraints:
     boundaries = CellBoundaries(
         rope_length=2.0,
         workspace=((-0.4, -0.4, -0.1), (0.4, 0.4, 0.5)),
         bodies=gripper_bodies(0.1, 0.02),
-        regions=(Obstacle("sphere", (0.0, 0.0, 0.0), radius=0.5, keep_in=True),),
+        regions=regions,
     )
     made = MotionConstraints(boundaries, driven)
     if compiled:
@@ -105,13 +109,48 @@ def test_numbers_that_are_not_finite_break_the_rules() -> None:
 
 def test_distance_between_bodies_is_that_of_numpy() -> None:
     rng = np.random.default_rng(4)
-    for _ in range(50):
-        left, right = (
-            Spheres(0.2 * rng.normal(size=(6, k, 3)), rng.uniform(0.01, 0.08, k)) for k in (9, 4)
+    spacing = BodySpacing(0.005)
+    # More poses than there is room for, and another number of spheres.
+    for poses, links in ((6, 9), (6, 9), (150, 9), (3, 5), (150, 5)):
+        left, link, right = (
+            Spheres(0.2 * rng.normal(size=(poses, k, 3)), rng.uniform(0.01, 0.08, k))
+            for k in (4, links, 4)
         )
-        np.testing.assert_allclose(
-            body_spacing_slack(left, right, 0.005, KERNELS),
-            body_spacing_slack(left, right, 0.005),
-            rtol=0.0,
-            atol=1e-12,
-        )
+        base = Spheres(rng.normal(size=(1, 2, 3)), rng.uniform(0.01, 0.08, 2))
+        both = Spheres.joined([left, link, base.repeated(poses)])
+        found = spacing.slack((left, link, base), (right,), poses, KERNELS)
+        expected = body_spacing_slack(both, right, 0.005)
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
+
+
+def test_distance_between_bodies_that_are_no_numbers_breaks_the_rule() -> None:
+    spacing = BodySpacing(0.005)
+    left, right = (Spheres(np.full((3, 2, 3), far), np.ones(2)) for far in (0.0, 9.0))
+    assert first_broken({"spacing": spacing.slack((left,), (right,), 3, KERNELS)}) is None
+    left.centres[1, 0, 2] = np.nan
+    slack = spacing.slack((left,), (right,), 3, KERNELS)
+    assert first_broken({"spacing": slack}) is not None
+
+
+def test_a_path_with_more_poses_than_there_was_room_for_is_judged_whole() -> None:
+    plain, compiled = (constraints((0, 1), OBSTACLES, on) for on in (False, True))
+    rng = np.random.default_rng(5)
+    for poses in (3, 200, 7, 500):
+        grips = path(rng, poses)
+        assert_same(compiled.slacks(*grips), plain.slacks(*grips))
+
+
+def test_rules_that_a_path_breaks_are_those_of_numpy() -> None:
+    plain, compiled = (constraints((0, 1), OBSTACLES, on, ()) for on in (False, True))
+    rng = np.random.default_rng(6)
+    rules = set()
+    for _ in range(500):
+        positions, turns = path(rng)
+        grips = 1.3 * positions, turns
+        margin = rng.choice([0.0, 0.002])
+        found, expected = (made.broken(*grips, margin) for made in (compiled, plain))
+        rules.add(expected and expected[0])
+        assert (found and found[0]) == (expected and expected[0])
+        if found and expected:
+            np.testing.assert_allclose(found[1], expected[1], rtol=0.0, atol=1e-12)
+    assert rules >= {None, "workspace", "keep_out", "table", "overstretch"}, rules

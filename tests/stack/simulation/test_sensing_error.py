@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from stack.simulation.sensing_error import SensingError
+from stack.simulation.true_rope import TrueRope
 
 NODES = np.stack([np.linspace(0.0, 0.4, 9), np.zeros(9), np.zeros(9)], axis=1)
 UP = np.array([0.0, 0.0, 1.0])
@@ -18,7 +19,7 @@ def sensing_error(speed: float, seen: np.ndarray, observed: np.ndarray) -> float
     """Error of a rope that rises at `speed` [m/s], seen displaced by `seen` [m]."""
     found = SensingError()
     for k in range(60):
-        found.take_rope(k * STEP, NODES + speed * k * STEP * 1e-9 * UP)
+        found.take_rope(TrueRope(k * STEP, NODES + speed * k * STEP * 1e-9 * UP))
         image = (k * STEP - AGE) // IMAGE * IMAGE
         found.take_seen(image, NODES + speed * image * 1e-9 * UP + seen, observed)
     return found.error

@@ -6,6 +6,8 @@ weight and friction. So the offset is measured at rest, and the difference is lo
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Float64
 
@@ -55,4 +57,4 @@ class ContactForce:
     @property
     def magnitude(self) -> float:
         """Magnitude of the filtered force [N]; 0 while the offset is not known."""
-        return float(np.linalg.norm(self._filtered)) if self.calibrated else 0.0
+        return math.hypot(*self._filtered.tolist()) if self.calibrated else 0.0

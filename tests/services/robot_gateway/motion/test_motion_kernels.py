@@ -8,7 +8,11 @@ import pytest
 from lariat.geometry import poses
 from lariat.trajectory import Blend, MotionLimits, MotionState, SetpointChunk, Spline
 from services.robot_gateway.motion import motion_kernels
-from services.robot_gateway.motion.motion_kernels import CompiledBlend, CompiledTracker
+from services.robot_gateway.motion.motion_kernels import (
+    CompiledBlend,
+    CompiledSpline,
+    CompiledTracker,
+)
 from services.robot_gateway.motion.reference_tracking import ReferenceTracker
 
 KERNELS = motion_kernels.compiled()
@@ -43,11 +47,13 @@ def test_reference_is_that_of_numpy(count: int) -> None:
     )
     positions = 0.01 * np.cumsum(rng.normal(size=(12, count, 3)), axis=0)
     chunk = SetpointChunk(0, 0.02, positions, poses.normalized(turns))
-    spline, origin = Spline(chunk, 40_000_000), state(rng, count, 0.3)
+    origin = state(rng, count, 0.3)
+    spline, curve = Spline(chunk, 40_000_000), CompiledSpline(KERNELS[0], chunk, 40_000_000)
     # The curve begins after the transition: before its first pose it goes on straight.
     plain = Blend(spline, origin, TICK, 0.1)
-    compiled = CompiledBlend(KERNELS[0], spline, origin, TICK, 0.1)
+    compiled = CompiledBlend(curve, origin, TICK, 0.1)
     for now in range(TICK, 400_000_000, 7_000_000):
+        assert_same(curve(now), spline(now))
         assert_same(compiled(now), plain(now))
 
 
@@ -56,7 +62,7 @@ def test_reference_is_that_of_numpy(count: int) -> None:
 def test_command_and_its_stop_are_those_of_numpy(count: int, scale: float) -> None:
     assert KERNELS is not None
     plain = ReferenceTracker(LIMITS)
-    compiled = CompiledTracker(KERNELS[1], plain)
+    compiled = CompiledTracker(KERNELS[1], plain, count)
     rng = np.random.default_rng(1)
     for _ in range(50):
         states = [state(rng, count, scale) for _ in range(3)]
@@ -71,6 +77,6 @@ def test_command_and_its_stop_are_those_of_numpy(count: int, scale: float) -> No
 def test_command_at_rest_stays_at_rest() -> None:
     assert KERNELS is not None
     still = MotionState(np.zeros((1, 3)), np.array([[1.0, 0, 0, 0]]), *(np.zeros((1, 2, 3)),) * 2)
-    found = CompiledTracker(KERNELS[1], ReferenceTracker(LIMITS)).advance(*3 * (still,), 0.008)
+    found = CompiledTracker(KERNELS[1], ReferenceTracker(LIMITS), 1).advance(*3 * (still,), 0.008)
     assert found.state.resting
     assert found.stop.duration == 0.0

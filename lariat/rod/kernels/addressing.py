@@ -7,7 +7,9 @@ import taichi as ti
 
 from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.layout import (
+    GROUP_COLUMNS,
     HISTORY_SLOTS,
+    MATRIX_WIDTH,
     PARAMETER_WIDTH,
     STEP_BLOCKS,
     TIME_WIDTH,
@@ -49,9 +51,9 @@ def time_at(ni: ti.template(), rod, step):
 
 @ti.func
 def parameter_derivatives_at(ni: ti.template(), rod, group, j):
-    """Offset of the rows of block j, for a group of six parameters."""
+    """Offset of the rows of block j, for a group of parameters."""
     count = 2 * ni[Header.NODES] - 1
-    return rod + ni[Section.PARAMETER_DERIVATIVES] + 18 * (group * count + j)
+    return rod + ni[Section.PARAMETER_DERIVATIVES] + MATRIX_WIDTH * (group * count + j)
 
 
 @ti.func
@@ -61,14 +63,22 @@ def parameter_code_at(ni: ti.template(), p):
 
 
 @ti.func
+def column_groups(columns):
+    """Number of groups of a number of columns."""
+    return (columns + (GROUP_COLUMNS - 1)) // GROUP_COLUMNS
+
+
+@ti.func
+def steady_groups(ni: ti.template()):
+    """Number of groups of columns for actions and parameters, which come before all others."""
+    return ni[Header.ACTION_GROUPS] + column_groups(ni[Header.PARAMETERS])
+
+
+@ti.func
 def sensitivity_columns_at(ni: ti.template(), rod, step, group):
-    """Offset of a group of six columns of a solve, and the number of groups."""
-    groups = (
-        ni[Header.ACTION_GROUPS]
-        + (ni[Header.PARAMETERS] + 5) // 6
-        + (ni[Header.STATE_DIRECTIONS] + 5) // 6
-    )
-    size = 18 * (2 * ni[Header.NODES] - 1)
+    """Offset of a group of columns of a solve, and the number of groups."""
+    groups = steady_groups(ni) + column_groups(ni[Header.STATE_DIRECTIONS])
+    size = MATRIX_WIDTH * (2 * ni[Header.NODES] - 1)
     ring = HISTORY_SLOTS + 1
     return rod + ni[Section.SENSITIVITIES] + size * (
         ring * group + (step + HISTORY_SLOTS) % ring

@@ -13,7 +13,7 @@ from lariat.rod.kernels.self_contact_hessian import (
     normal_separation,
     subtract_at_nodes,
 )
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices312
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     SELF_CONTACT_HEAD,
@@ -29,7 +29,7 @@ def solve(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
+    w312: Matrices312,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,

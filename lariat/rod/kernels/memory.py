@@ -55,17 +55,6 @@ def load33(w: ti.template(), at):
 
 
 @ti.func
-def load36(w: ti.template(), start):
-    """3x6 matrix from `w[start]` on, row by row."""
-    first = bounded(start)
-    m = ti.Matrix.zero(ti.f64, 3, 6)
-    for a in ti.static(range(3)):
-        for b in ti.static(range(6)):
-            m[a, b] = w[first + 6 * a + b]
-    return m
-
-
-@ti.func
 def store(w: ti.template(), at, v):
     """Write a vector to `w[at]` and after."""
     first = bounded(at)
@@ -80,15 +69,6 @@ def store33(w: ti.template(), at, m):
     for a in ti.static(range(3)):
         for b in ti.static(range(3)):
             w[first + 3 * a + b] = m[a, b]
-
-
-@ti.func
-def store36(w: ti.template(), start, m):
-    """Write a 3x6 matrix to `w[start]` and after, row by row."""
-    first = bounded(start)
-    for a in ti.static(range(3)):
-        for b in ti.static(range(6)):
-            w[first + 6 * a + b] = m[a, b]
 
 
 @ti.func

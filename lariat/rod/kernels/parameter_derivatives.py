@@ -7,6 +7,7 @@ gradient over the parameter. The profiles are interpolated linearly between thei
 import taichi as ti
 
 from lariat.rod.kernels.addressing import (
+    column_groups,
     orientation_at,
     parameter_code_at,
     parameter_derivatives_at,
@@ -24,11 +25,13 @@ from lariat.rod.kernels.step_terms import (
     turn_from_target,
     weighted_inertia,
 )
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices312
 from lariat.rod.launch.codes import Parameter, Task
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
+    GROUP_COLUMNS,
     HISTORY_SLOTS,
+    MATRIX_WIDTH,
     EffectiveBend,
     Header,
     Scalar,
@@ -40,9 +43,9 @@ from lariat.rod.launch.layout import (
 @ti.func
 def add_parameter_derivative(ni: ti.template(), w: ti.template(), rod, p, j, v):
     """Add to the derivative of the gradient at block j with respect to parameter p."""
-    start = parameter_derivatives_at(ni, rod, p // 6, j) + p % 6
+    start = parameter_derivatives_at(ni, rod, p // GROUP_COLUMNS, j) + p % GROUP_COLUMNS
     for a in ti.static(range(3)):
-        w[start + 6 * a] = w[start + 6 * a] + v[a]
+        w[start + GROUP_COLUMNS * a] = w[start + GROUP_COLUMNS * a] + v[a]
 
 
 @ti.real_func
@@ -50,7 +53,7 @@ def parameter_derivatives(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
+    w312: Matrices312,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -77,7 +80,7 @@ def parameter_derivatives(
                 scalar(ni, w, rod, Scalar.GRAVITY_Z),
             ]
         )
-        for k in range(18 * ((count + 5) // 6) * (2 * n - 1)):
+        for k in range(MATRIX_WIDTH * column_groups(count) * (2 * n - 1)):
             w[parameter_derivatives_at(ni, rod, 0, 0) + k] = 0.0
         for p in range(count):
             code = ni[parameter_code_at(ni, p)]
@@ -205,5 +208,5 @@ def parameter_derivatives(
                     )
                     add_parameter_derivative(ni, w, rod, p, 2 * j + 3, jacobian @ moment)
     else:
-        result = inertia_derivatives(ni, w, w33, w36, task, rod, step, arg, real)
+        result = inertia_derivatives(ni, w, w33, w312, task, rod, step, arg, real)
     return result

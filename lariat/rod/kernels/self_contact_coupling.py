@@ -12,7 +12,7 @@ from lariat.rod.kernels.self_contact_hessian import (
     normal_separation,
     subtract_at_nodes,
 )
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices312
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     SELF_CONTACT_HEAD,
@@ -28,7 +28,7 @@ def fold_self_contacts(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
+    w312: Matrices312,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -65,5 +65,5 @@ def fold_self_contacts(
             if free != from_free:
                 w[arg + stride * k] = w[arg + stride * k] + w[to + k]
     else:
-        result = solve(ni, w, w33, w36, task, rod, step, arg, real)
+        result = solve(ni, w, w33, w312, task, rod, step, arg, real)
     return result

@@ -18,6 +18,7 @@ from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.grip_edges import with_grips
 from lariat.rod.launch.kernel_launch import allocate
 from lariat.rod.launch.layout import (
+    GROUP_COLUMNS,
     HISTORY_SLOTS,
     MODEL_HEADER,
     OBSTACLE_WIDTH,
@@ -131,7 +132,7 @@ def prepare(
         len(rows),
         len(request.parameters),
         len(directions[0].positions) if directions else 0,
-        2 * blocks if request.with_actions else 0,
+        blocks if request.with_actions else 0,
         request.kinds,
         history,
         min(MAX_SELF_CONTACTS, SELF_CONTACTS_PER_NODE * model.node_count)
@@ -244,8 +245,8 @@ def _write_directions(
 ) -> None:
     """Write directions into the sensitivities of the initial state and of the time before it."""
     n, sizes = buffers.sizes.nodes, buffers.sizes
-    groups = -(-sizes.state_directions // 6)
-    tail = np.zeros((6 * groups, HISTORY_SLOTS, 2 * n, 3))
+    groups = -(-sizes.state_directions // GROUP_COLUMNS)
+    tail = np.zeros((GROUP_COLUMNS * groups, HISTORY_SLOTS, 2 * n, 3))
     new, old = tail[: sizes.state_directions, -1], tail[: sizes.state_directions, 0]
     new[:, ::2] = with_grips(along.positions, sizes.clamps)
     old[:, ::2] = with_grips(along.positions - h * along.velocities, sizes.clamps)
@@ -255,7 +256,7 @@ def _write_directions(
     new[:, 1:-1:2] = poses.rotate(back, along.rotations)
     old[:, 1:-1:2] = poses.rotate(back, along.rotations - h * rotated_by)
     tail[:, 1:-1] = tail[:, :1]
-    rows = tail[:, :, :-1].reshape(groups, 6, HISTORY_SLOTS, 2 * n - 1, 3)
+    rows = tail[:, :, :-1].reshape(groups, GROUP_COLUMNS, HISTORY_SLOTS, 2 * n - 1, 3)
     rows = rows.transpose(0, 2, 3, 4, 1).reshape(groups, HISTORY_SLOTS, -1)
     columns = buffers.section(Section.SENSITIVITIES)[b].reshape(sizes.columns, -1, rows.shape[2])
     columns[-groups:, :HISTORY_SLOTS] = rows

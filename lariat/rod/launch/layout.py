@@ -71,7 +71,7 @@ class Header(IntEnum):
     STATE_DIRECTIONS = auto()
     """Directions of the initial state that sensitivities are carried along."""
     ACTION_GROUPS = auto()
-    """Groups of six sensitivities to actions: two for each block, or none."""
+    """Groups of sensitivities to actions: one for each block, or none."""
     DERIVATIVES = auto()
     """`Derivatives` that are computed."""
     MAX_SELF_CONTACTS = auto()
@@ -249,9 +249,12 @@ EFFECTIVE_BEND_WIDTH = 9
 """Numbers of an `EffectiveBend`."""
 HESSIAN_WIDTH = 27
 """Numbers of a row of blocks of the Hessian."""
-MATRIX_WIDTH = 18
-"""Numbers of a 3x6 matrix, at a multiple of which sections of matrices start: the array of doubles
-is also read as one of 3x6 matrices, and of 3x3 matrices."""
+GROUP_COLUMNS = 12
+"""Columns of forward sensitivities that are carried on together: those of a block's actions at both
+ends, three vectors of four lanes."""
+MATRIX_WIDTH = 3 * GROUP_COLUMNS
+"""Numbers of a 3x12 matrix, at a multiple of which sections of matrices start: the array of doubles
+is also read as one of 3x12 matrices, and of 3x3 matrices."""
 SELF_CONTACT_WIDTH = 14
 """Numbers of a `SelfContact`."""
 REPORT_WIDTH = 4

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
+    GROUP_COLUMNS,
     HESSIAN_WIDTH,
     HISTORY_SLOTS,
     LANE_STRIDE,
@@ -46,7 +47,7 @@ class Sizes(NamedTuple):
     parameters: int
     state_directions: int
     action_groups: int
-    """Groups of six sensitivities to actions."""
+    """Groups of sensitivities to actions."""
     derivatives: Derivatives
     history: int
     """Number of earlier solves that enter one."""
@@ -61,15 +62,22 @@ class Sizes(NamedTuple):
         return slice(self.clamps[0], self.nodes - self.clamps[1])
 
     @property
+    def parameter_groups(self) -> int:
+        """Groups of columns of the parameters."""
+        return -(-self.parameters // GROUP_COLUMNS)
+
+    @property
     def columns(self) -> int:
-        """Groups of six columns of the forward sensitivities."""
-        return self.action_groups + -(-self.parameters // 6) + -(-self.state_directions // 6)
+        """Groups of columns of the forward sensitivities."""
+        steady = self.action_groups + self.parameter_groups
+        return steady + -(-self.state_directions // GROUP_COLUMNS)
 
 
 def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
     """Return the place of each section in the doubles of a rod, and their number."""
     n, steps = sizes.nodes, sizes.steps
     unknowns = 2 * n - 1
+    columns = MATRIX_WIDTH * unknowns * sizes.columns
     stored = steps if sizes.derivatives & Derivatives.ADJOINT else 1
     forward = 1 if sizes.derivatives & Derivatives.SENSITIVITIES else 0
     backward = 1 if sizes.derivatives & Derivatives.ADJOINT else 0
@@ -100,9 +108,9 @@ def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
             Section.SELF_CONTACT_MATRIX: (sizes.self_contacts + 1) * sizes.self_contacts,
             Section.SELF_CONTACT_VECTORS: 9 * unknowns if sizes.self_contacts else 0,
             Section.REPORTS: REPORT_WIDTH * steps,
-            Section.SENSITIVITIES: forward * (HISTORY_SLOTS + 1) * 18 * unknowns * sizes.columns,
-            Section.SENSITIVITIES_OUT: forward * sizes.horizon * n * 18 * sizes.columns,
-            Section.PARAMETER_DERIVATIVES: 18 * unknowns * -(-sizes.parameters // 6),
+            Section.SENSITIVITIES: forward * (HISTORY_SLOTS + 1) * columns,
+            Section.SENSITIVITIES_OUT: forward * sizes.horizon * n * MATRIX_WIDTH * sizes.columns,
+            Section.PARAMETER_DERIVATIVES: MATRIX_WIDTH * unknowns * sizes.parameter_groups,
             Section.ADJOINT: backward * 3 * unknowns * (steps + HISTORY_SLOTS),
             Section.COST_GRADIENT: backward * 3 * n * sizes.horizon,
             Section.ACTIONS_OUT: backward * 12 * sizes.action_blocks,

@@ -54,7 +54,7 @@ reuse the factors of the last Newton step.
 
 **Structure of the code.** Taichi's compile time grows faster than the size of the code, so that the
 large parts are real functions, compiled once each. They share one signature: the integer array
-`ni`, the doubles `w`, which are also passed as matrices (`w33`, `w312`), the `Task` to do, the
+`ni`, the doubles `w`, which are also passed as matrices (`w33`), the `Task` to do, the
 offset `rod`, the solve `step`, and two arguments of the task. Taichi 1.7 has two faults with real
 functions. Functions that are inlined into them lose their branches and loops: they have none
 (`ti.select`). And the key of Taichi's offline cache depends on chance as soon as one body names two

@@ -7,9 +7,10 @@ import taichi as ti
 
 from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.layout import (
+    COLUMNS_STRIDE,
+    COLUMNS_WIDTH,
     GROUP_COLUMNS,
     HISTORY_SLOTS,
-    MATRIX_WIDTH,
     PARAMETER_WIDTH,
     STEP_BLOCKS,
     TIME_WIDTH,
@@ -53,7 +54,7 @@ def time_at(ni: ti.template(), rod, step):
 def parameter_derivatives_at(ni: ti.template(), rod, group, j):
     """Offset of the rows of block j, for a group of parameters."""
     count = 2 * ni[Header.NODES] - 1
-    return rod + ni[Section.PARAMETER_DERIVATIVES] + MATRIX_WIDTH * (group * count + j)
+    return rod + ni[Section.PARAMETER_DERIVATIVES] + COLUMNS_WIDTH * (group * count + j)
 
 
 @ti.func
@@ -75,14 +76,33 @@ def steady_groups(ni: ti.template()):
 
 
 @ti.func
-def sensitivity_columns_at(ni: ti.template(), rod, step, group):
-    """Offset of a group of columns of a solve, and the number of groups."""
+def sensitivity_columns_at(ni: ti.template(), rod, group):
+    """Offset of a group of columns, and the number of groups."""
     groups = steady_groups(ni) + column_groups(ni[Header.STATE_DIRECTIONS])
-    size = MATRIX_WIDTH * (2 * ni[Header.NODES] - 1)
-    ring = HISTORY_SLOTS + 1
-    return rod + ni[Section.SENSITIVITIES] + size * (
-        ring * group + (step + HISTORY_SLOTS) % ring
-    ), groups
+    size = COLUMNS_STRIDE * (2 * ni[Header.NODES] - 1)
+    return rod + ni[Section.SENSITIVITIES] + size * group, groups
+
+
+@ti.func
+def group_history(ni: ti.template(), step, group):
+    """Number of solves before this one that columns of a group may depend on.
+
+    Those of a block of actions begin with its first step, those of parameters with the first solve.
+    """
+    solves = ti.select(group < steady_groups(ni), 0, ni[Header.HISTORY])
+    for back in ti.static(range(1, HISTORY_SLOTS + 1)):
+        solve = ti.max(step - back, 0)
+        block = ni[STEP_BLOCKS + solve // ni[Header.SUBSTEPS]]
+        begun = ti.select(group < ni[Header.ACTION_GROUPS], block, group) >= group
+        counts = ti.select(begun, back, 0)
+        solves = ti.max(solves, ti.select(back <= ti.min(step, ni[Header.HISTORY]), counts, 0))
+    return solves
+
+
+@ti.func
+def unknown_at(start, stride, k):
+    """Offset of unknown k of a vector, which is one of the columns unless its stride is one."""
+    return start + ti.select(stride == 1, k, COLUMNS_STRIDE * (k // 3) + stride * (k % 3))
 
 
 @ti.func

@@ -15,16 +15,16 @@ from lariat.rod.kernels.addressing import (
     parameter_derivatives_at,
     time_at,
 )
+from lariat.rod.kernels.grip_sensitivities import grip_sensitivities
 from lariat.rod.kernels.memory import add, load3, load4, load33
-from lariat.rod.kernels.parameter_derivatives import parameter_derivatives
 from lariat.rod.kernels.rotations import left_jacobian, rotation_matrix
 from lariat.rod.kernels.step_terms import internal_rate, step_times, target_share
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices312
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import EndHold, Task
 from lariat.rod.launch.layout import (
+    COLUMNS_WIDTH,
     GROUP_COLUMNS,
     HISTORY_SLOTS,
-    MATRIX_WIDTH,
     STEP_BLOCKS,
     Header,
     Section,
@@ -37,7 +37,6 @@ def adjoint(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w312: Matrices312,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -100,11 +99,11 @@ def adjoint(
             total = 0.0
             for j in range(first, end):
                 for a in ti.static(range(3)):
-                    total -= w[new + 3 * j + a] * w[force + MATRIX_WIDTH * j + GROUP_COLUMNS * a]
+                    total -= w[new + 3 * j + a] * w[force + COLUMNS_WIDTH * j + GROUP_COLUMNS * a]
             to = rod + ni[Section.PARAMETERS_OUT] + p
             w[to] = w[to] + total
     else:
-        result = grip_adjoint(ni, w, w33, w312, task, rod, step, arg, real)
+        result = grip_adjoint(ni, w, w33, task, rod, step, arg, real)
     return result
 
 
@@ -113,7 +112,6 @@ def grip_adjoint(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w312: Matrices312,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -149,5 +147,5 @@ def grip_adjoint(
                 add(w, out, h * pull)
                 add(w, old + outer, pull)
     else:
-        result = parameter_derivatives(ni, w, w33, w312, task, rod, step, arg, real)
+        result = grip_sensitivities(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -47,7 +47,7 @@ from lariat.rod.kernels.rotations import (
     rotation_matrix,
 )
 from lariat.rod.kernels.step_terms import step_times, turn_from_target, weighted_inertia
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices312
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import HessianPart, Task
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
@@ -72,7 +72,6 @@ def edge_energy(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w312: Matrices312,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -200,7 +199,7 @@ def edge_energy(
                     w33[m + 5] = zero
         result = energy
     else:
-        result = bend_energy(ni, w, w33, w312, task, rod, step, arg, real)
+        result = bend_energy(ni, w, w33, task, rod, step, arg, real)
     return result
 
 
@@ -209,7 +208,6 @@ def bend_energy(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w312: Matrices312,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -285,5 +283,5 @@ def bend_energy(
                     w33[m + 2] = load_lane33(w, at, 29)
         result = energy
     else:
-        result = obstacle_contacts(ni, w, w33, w312, task, rod, step, arg, real)
+        result = obstacle_contacts(ni, w, w33, task, rod, step, arg, real)
     return result

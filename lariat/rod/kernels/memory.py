@@ -9,7 +9,7 @@ for each number.
 
 import taichi as ti
 
-from lariat.rod.launch.layout import LANE_COUNT, LANE_STRIDE
+from lariat.rod.launch.layout import GROUP_COLUMNS, LANE_COUNT, LANE_STRIDE
 
 MAX_OFFSET, MAX_INDEX = 2**27 - 1, 2**23 - 1
 """Largest offset in the array of doubles, and largest place of a matrix in it."""
@@ -86,6 +86,19 @@ def add33(w: ti.template(), at, m):
     for a in ti.static(range(3)):
         for b in ti.static(range(3)):
             w[first + 3 * a + b] = w[first + 3 * a + b] + m[a, b]
+
+
+@ti.func
+def load_column(w: ti.template(), at):
+    """Three rows of a column of a group."""
+    return ti.Vector([w[at + GROUP_COLUMNS * a] for a in range(3)])
+
+
+@ti.func
+def store_column(w: ti.template(), at, v):
+    """Write three rows of a column of a group."""
+    for a in ti.static(range(3)):
+        w[at + GROUP_COLUMNS * a] = v[a]
 
 
 @ti.func

@@ -20,7 +20,7 @@ from lariat.rod.kernels.memory import (
     store_lane,
 )
 from lariat.rod.kernels.rotations import rotated, rotation_matrix
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices312
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import HISTORY_SLOTS, LANE_COUNT, Header, Scalar, Section
 
@@ -30,7 +30,6 @@ def accept_iterate(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w312: Matrices312,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -56,7 +55,7 @@ def accept_iterate(
             gradient = load3(w, rod + ni[Section.GRADIENT] + 3 * j)
             store(w, rod + ni[Section.NEWTON_STEP] + 3 * j, downhill * gradient)
     else:
-        result = edge_energy(ni, w, w33, w312, task, rod, step, arg, real)
+        result = edge_energy(ni, w, w33, task, rod, step, arg, real)
     return result
 
 
@@ -65,7 +64,6 @@ def apply_step(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w312: Matrices312,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -114,5 +112,5 @@ def apply_step(
             x + share * load3(w, d + 6 * n - 6),
         )
     else:
-        result = accept_iterate(ni, w, w33, w312, task, rod, step, arg, real)
+        result = accept_iterate(ni, w, w33, task, rod, step, arg, real)
     return result

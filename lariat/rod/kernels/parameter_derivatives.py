@@ -25,13 +25,13 @@ from lariat.rod.kernels.step_terms import (
     turn_from_target,
     weighted_inertia,
 )
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices312
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Parameter, Task
 from lariat.rod.launch.layout import (
+    COLUMNS_WIDTH,
     EFFECTIVE_BEND_WIDTH,
     GROUP_COLUMNS,
     HISTORY_SLOTS,
-    MATRIX_WIDTH,
     EffectiveBend,
     Header,
     Scalar,
@@ -53,7 +53,6 @@ def parameter_derivatives(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w312: Matrices312,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -80,7 +79,7 @@ def parameter_derivatives(
                 scalar(ni, w, rod, Scalar.GRAVITY_Z),
             ]
         )
-        for k in range(MATRIX_WIDTH * column_groups(count) * (2 * n - 1)):
+        for k in range(COLUMNS_WIDTH * column_groups(count) * (2 * n - 1)):
             w[parameter_derivatives_at(ni, rod, 0, 0) + k] = 0.0
         for p in range(count):
             code = ni[parameter_code_at(ni, p)]
@@ -208,5 +207,5 @@ def parameter_derivatives(
                     )
                     add_parameter_derivative(ni, w, rod, p, 2 * j + 3, jacobian @ moment)
     else:
-        result = inertia_derivatives(ni, w, w33, w312, task, rod, step, arg, real)
+        result = inertia_derivatives(ni, w, w33, task, rod, step, arg, real)
     return result

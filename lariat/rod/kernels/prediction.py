@@ -21,7 +21,7 @@ from lariat.rod.kernels.step_terms import (
     step_times,
     target_share,
 )
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices312
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
@@ -39,7 +39,6 @@ def inertial_targets(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w312: Matrices312,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -84,7 +83,7 @@ def inertial_targets(
             store(w, to + EffectiveBend.REST, (load3(w, bend + 3) + rate * before) / (1.0 + rate))
             store(w, to + EffectiveBend.DAMPED_FROM, before)
     else:
-        result = apply_step(ni, w, w33, w312, task, rod, step, arg, real)
+        result = apply_step(ni, w, w33, task, rod, step, arg, real)
     return result
 
 
@@ -93,7 +92,6 @@ def predict(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w312: Matrices312,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -140,5 +138,5 @@ def predict(
             d3 = rotation_matrix(q1) @ ti.Vector([0.0, 0.0, 1.0])
             store(w, rod + ni[Section.TENSIONS] + 3 * i, stretch * (edge / length - d3))
     else:
-        result = inertial_targets(ni, w, w33, w312, task, rod, step, arg, real)
+        result = inertial_targets(ni, w, w33, task, rod, step, arg, real)
     return result

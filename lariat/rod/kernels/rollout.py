@@ -15,10 +15,10 @@ indefinite Hessian is evaluated again without its negative parts, then with a gr
 import taichi as ti
 
 from lariat.rod.kernels.addressing import scalar, sensitivity_columns_at
+from lariat.rod.kernels.adjoint import adjoint as run_task
 from lariat.rod.kernels.history import start_history, write_final_velocities
 from lariat.rod.kernels.memory import add, load3
-from lariat.rod.kernels.sensitivities import grip_sensitivities as run_task
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices312
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Derivatives, HessianPart, Phase, Task
 from lariat.rod.launch.layout import (
     GROUP_COLUMNS,
@@ -36,30 +36,30 @@ longer ones the edges have turned, and their stretch is too stiff for the old fa
 
 
 @ti.kernel
-def roll_out(ni: Integers, w: Doubles, w33: Matrices33, w312: Matrices312, batch: ti.i32):
+def roll_out(ni: Integers, w: Doubles, w33: Matrices33, batch: ti.i32):
     """Roll out every rod of a batch, with the derivatives that the header names."""
     ti.loop_config(serialize=True)
     for b in range(batch):
         rod = b * ni[Header.STRIDE]
         start_history(ni, w, rod)
-        advance(ni, w, w33, w312, rod)
+        advance(ni, w, w33, rod)
         write_final_velocities(ni, w, rod)
 
 
 @ti.kernel
 def roll_out_side_by_side(
-    ni: Integers, w: Doubles, w33: Matrices33, w312: Matrices312, batch: ti.i32
+    ni: Integers, w: Doubles, w33: Matrices33, batch: ti.i32
 ):
     """Roll out every rod of a batch in a thread of its own, with the derivatives of the header."""
     for b in range(batch):
         rod = b * ni[Header.STRIDE]
         start_history(ni, w, rod)
-        advance(ni, w, w33, w312, rod)
+        advance(ni, w, w33, rod)
         write_final_velocities(ni, w, rod)
 
 
 @ti.func
-def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w312: ti.template(), rod):
+def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
     """Solve every step from the end of the last, then carry the adjoint back.
 
     Plain Newton steps come first: the fastest, and nearly always enough. Where they diverge, the
@@ -132,16 +132,16 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w312: ti.te
             if backward == 1:
                 arg = adjoint_step
         elif task == Task.SUBTRACT_SELF_CONTACT_COUPLINGS or task == Task.SOLVE_AGAIN:
-            arg = sensitivity_columns_at(ni, rod, step, column // GROUP_COLUMNS)[0]
+            arg = sensitivity_columns_at(ni, rod, column // GROUP_COLUMNS)[0]
             arg += column % GROUP_COLUMNS
             real = GROUP_COLUMNS
         elif task == Task.SOLVE_EXACTLY or task == Task.FOLD_SELF_CONTACTS:
             arg = adjoint_step
             real = 1.0
             if backward == 0:
-                arg = sensitivity_columns_at(ni, rod, step, 0)[0]
+                arg = sensitivity_columns_at(ni, rod, 0)[0]
                 real = GROUP_COLUMNS
-        value = run_task(ni, w, w33, w312, task, rod, step, arg, real)
+        value = run_task(ni, w, w33, task, rod, step, arg, real)
         check_progress = 0
         if phase == Phase.DERIVATIVES:
             if task == Task.INERTIAL_TARGETS:
@@ -173,7 +173,7 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w312: ti.te
                 task = Task.SUBTRACT_SELF_CONTACT_COUPLINGS
                 if backward == 1:
                     task = Task.FOLD_SELF_CONTACTS
-                elif column == GROUP_COLUMNS * sensitivity_columns_at(ni, rod, step, 0)[1]:
+                elif column == GROUP_COLUMNS * sensitivity_columns_at(ni, rod, 0)[1]:
                     task = Task.WRITE_SENSITIVITIES
             elif task == Task.SOLVE or task == Task.FOLD_SELF_CONTACTS:
                 task = Task.ADJOINT

@@ -10,7 +10,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 from jaxtyping import Float64, Int32
 
-from lariat.rod.launch.layout import GROUP_COLUMNS, MATRIX_WIDTH, OBSTACLE_WIDTH
+from lariat.rod.launch.layout import OBSTACLE_WIDTH
 
 MAX_KEPT_BUFFERS = 8
 """Number of sizes whose buffers are kept for further launches."""
@@ -79,12 +79,10 @@ def kernel_arrays(
     Int32[np.ndarray, "k"],
     Float64[np.ndarray, "m"],
     Float64[np.ndarray, "u 3 3"],
-    Float64[np.ndarray, "v 3 12"],
 ]:
     """Return the arrays that the rod's kernel takes: the doubles are also passed as matrices."""
     as33 = doubles[: len(doubles) // 9 * 9].reshape(-1, 3, 3)
-    as312 = doubles[: len(doubles) // MATRIX_WIDTH * MATRIX_WIDTH].reshape(-1, 3, GROUP_COLUMNS)
-    return integers, doubles, as33, as312
+    return integers, doubles, as33
 
 
 class BufferPool:

@@ -18,6 +18,7 @@ from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.grip_edges import with_grips
 from lariat.rod.launch.kernel_launch import allocate
 from lariat.rod.launch.layout import (
+    COLUMNS_WIDTH,
     GROUP_COLUMNS,
     HISTORY_SLOTS,
     MODEL_HEADER,
@@ -204,7 +205,6 @@ def _write_derivative_inputs(
     h: float,
 ) -> None:
     if request.kinds & Derivatives.SENSITIVITIES:
-        buffers.section(Section.SENSITIVITIES)[:] = 0.0
         for b, (state, along) in enumerate(zip(states, request.directions or (), strict=False)):
             _write_directions(buffers, b, state, along, h)
     if request.kinds & Derivatives.ADJOINT:
@@ -257,9 +257,12 @@ def _write_directions(
     old[:, 1:-1:2] = poses.rotate(back, along.rotations - h * rotated_by)
     tail[:, 1:-1] = tail[:, :1]
     rows = tail[:, :, :-1].reshape(groups, GROUP_COLUMNS, HISTORY_SLOTS, 2 * n - 1, 3)
-    rows = rows.transpose(0, 2, 3, 4, 1).reshape(groups, HISTORY_SLOTS, -1)
-    columns = buffers.section(Section.SENSITIVITIES)[b].reshape(sizes.columns, -1, rows.shape[2])
-    columns[-groups:, :HISTORY_SLOTS] = rows
+    rows = rows.transpose(0, 3, 2, 4, 1).reshape(groups, 2 * n - 1, HISTORY_SLOTS, -1)
+    columns = buffers.section(Section.SENSITIVITIES)[b].reshape(
+        sizes.columns, 2 * n - 1, -1, COLUMNS_WIDTH
+    )
+    # The latest solve comes first.
+    columns[-groups:, :, :HISTORY_SLOTS] = rows[:, :, ::-1]
 
 
 def pack_constants(model: ImplicitRodModel) -> Constants:

@@ -252,9 +252,14 @@ HESSIAN_WIDTH = 27
 GROUP_COLUMNS = 12
 """Columns of forward sensitivities that are carried on together: those of a block's actions at both
 ends, three vectors of four lanes."""
-MATRIX_WIDTH = 3 * GROUP_COLUMNS
-"""Numbers of a 3x12 matrix, at a multiple of which sections of matrices start: the array of doubles
-is also read as one of 3x12 matrices, and of 3x3 matrices."""
+COLUMNS_WIDTH = 3 * GROUP_COLUMNS
+"""Numbers of a block of unknowns in a group of columns, row by row."""
+COLUMNS_STRIDE = (HISTORY_SLOTS + 2) * COLUMNS_WIDTH
+"""Numbers of a block in the sections of sensitivities: those after the last solve, after each of
+`HISTORY_SLOTS` earlier ones, and a sum. Their distances are constants, or there would be no lanes."""
+MATRIX_WIDTH = 9
+"""Numbers of a 3x3 matrix, at a multiple of which sections of matrices start: the array of doubles
+is also read as one of 3x3 matrices."""
 SELF_CONTACT_WIDTH = 14
 """Numbers of a `SelfContact`."""
 REPORT_WIDTH = 4

@@ -35,8 +35,6 @@ class _Arguments(ctypes.Structure):
         ("doubles", ctypes.c_void_p),
         ("matrix33_count", ctypes.c_int32),
         ("matrices33", ctypes.c_void_p),
-        ("matrix312_count", ctypes.c_int32),
-        ("matrices312", ctypes.c_void_p),
         ("rod_count", ctypes.c_int32),
     )
 
@@ -57,8 +55,6 @@ def kernel() -> Kernel | None:
             len(integers),
             integers.ctypes.data,
             size,
-            address,
-            size // 9,
             address,
             size // MATRIX_WIDTH,
             address,

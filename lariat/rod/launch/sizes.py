@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.layout import (
+    COLUMNS_STRIDE,
+    COLUMNS_WIDTH,
     EFFECTIVE_BEND_WIDTH,
     GROUP_COLUMNS,
     HESSIAN_WIDTH,
@@ -26,8 +28,6 @@ MATRIX_SECTIONS = frozenset(
     {
         Section.HESSIAN,
         Section.INERTIA_COUPLINGS,
-        Section.SENSITIVITIES,
-        Section.PARAMETER_DERIVATIVES,
     }
 )
 """Sections that the kernel reads as matrices."""
@@ -77,7 +77,6 @@ def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
     """Return the place of each section in the doubles of a rod, and their number."""
     n, steps = sizes.nodes, sizes.steps
     unknowns = 2 * n - 1
-    columns = MATRIX_WIDTH * unknowns * sizes.columns
     stored = steps if sizes.derivatives & Derivatives.ADJOINT else 1
     forward = 1 if sizes.derivatives & Derivatives.SENSITIVITIES else 0
     backward = 1 if sizes.derivatives & Derivatives.ADJOINT else 0
@@ -108,9 +107,9 @@ def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
             Section.SELF_CONTACT_MATRIX: (sizes.self_contacts + 1) * sizes.self_contacts,
             Section.SELF_CONTACT_VECTORS: 9 * unknowns if sizes.self_contacts else 0,
             Section.REPORTS: REPORT_WIDTH * steps,
-            Section.SENSITIVITIES: forward * (HISTORY_SLOTS + 1) * columns,
-            Section.SENSITIVITIES_OUT: forward * sizes.horizon * n * MATRIX_WIDTH * sizes.columns,
-            Section.PARAMETER_DERIVATIVES: MATRIX_WIDTH * unknowns * sizes.parameter_groups,
+            Section.SENSITIVITIES: forward * COLUMNS_STRIDE * unknowns * sizes.columns,
+            Section.SENSITIVITIES_OUT: forward * sizes.horizon * n * COLUMNS_WIDTH * sizes.columns,
+            Section.PARAMETER_DERIVATIVES: COLUMNS_WIDTH * unknowns * sizes.parameter_groups,
             Section.ADJOINT: backward * 3 * unknowns * (steps + HISTORY_SLOTS),
             Section.COST_GRADIENT: backward * 3 * n * sizes.horizon,
             Section.ACTIONS_OUT: backward * 12 * sizes.action_blocks,

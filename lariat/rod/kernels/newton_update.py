@@ -36,24 +36,27 @@ def accept_iterate(
     arg: ti.i32,
     real: ti.f64,
 ) -> ti.f64:
-    """Store the iterate as start of the step, and the negative gradient as right-hand side."""
+    """Store the negative gradient as right-hand side, and the iterate for a line search (`arg` 1)."""
     result = 0.0
     if task == Task.ACCEPT_ITERATE:
         n = ni[Header.NODES]
-        for k in range(3 * n):
-            w[rod + ni[Section.ACCEPTED_POSITIONS] + k] = w[
-                position_at(ni, rod, step + HISTORY_SLOTS, 0) + k
-            ]
-        for k in range(4 * (n - 1)):
-            w[rod + ni[Section.ACCEPTED_ORIENTATIONS] + k] = w[
-                orientation_at(ni, rod, step + HISTORY_SLOTS, 0) + k
-            ]
-        for j in range(2 * n - 1):
-            downhill = 0.0
-            if j >= ni[Header.FIRST_FREE] and j < ni[Header.END_FREE]:
-                downhill = -1.0
-            gradient = load3(w, rod + ni[Section.GRADIENT] + 3 * j)
-            store(w, rod + ni[Section.NEWTON_STEP] + 3 * j, downhill * gradient)
+        if arg == 1:
+            for k in range(3 * n):
+                w[rod + ni[Section.ACCEPTED_POSITIONS] + k] = w[
+                    position_at(ni, rod, step + HISTORY_SLOTS, 0) + k
+                ]
+            for k in range(4 * (n - 1)):
+                w[rod + ni[Section.ACCEPTED_ORIENTATIONS] + k] = w[
+                    orientation_at(ni, rod, step + HISTORY_SLOTS, 0) + k
+                ]
+        g = bounded(rod + ni[Section.GRADIENT])
+        d = bounded(rod + ni[Section.NEWTON_STEP])
+        for k in range(3 * ni[Header.FIRST_FREE], 3 * ni[Header.END_FREE]):
+            w[d + k] = -w[g + k]
+        for k in range(3 * ni[Header.FIRST_FREE]):
+            w[d + k] = 0.0
+        for k in range(3 * ni[Header.END_FREE], 3 * (2 * n - 1)):
+            w[d + k] = 0.0
     else:
         result = edge_energy(ni, w, w33, task, rod, step, arg, real)
     return result
@@ -70,7 +73,10 @@ def apply_step(
     arg: ti.i32,
     real: ti.f64,
 ) -> ti.f64:
-    """Move the iterate to accepted + `real` * step; the tensions follow linearly."""
+    """Move the iterate by `real` * step, in a line search from the one accepted (`arg` 1).
+
+    The tensions follow linearly.
+    """
     result = 0.0
     if task == Task.APPLY_STEP:
         share = real
@@ -80,15 +86,20 @@ def apply_step(
         stretch_per_length = stretch / scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         lanes = bounded(rod + ni[Section.LANES])
         slot = step + HISTORY_SLOTS
+        start = position_at(ni, rod, slot, 0)
+        turned = orientation_at(ni, rod, slot, 0)
+        if arg == 1:
+            start = rod + ni[Section.ACCEPTED_POSITIONS]
+            turned = rod + ni[Section.ACCEPTED_ORIENTATIONS]
         for strip in range((n - 1 + LANE_COUNT - 1) // LANE_COUNT):
             first = LANE_COUNT * strip
             count = ti.min(LANE_COUNT, n - 1 - first)
             for k in range(count + 1):
                 i = first + k
-                x = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * i)
+                x = load3(w, start + 3 * i)
                 store_lane(w, lanes + k, 0, x + share * load3(w, d + 6 * i))
                 if k < count:
-                    q = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * i)
+                    q = load4(w, turned + 4 * i)
                     store_lane(w, lanes + k, 3, q)
                     store_lane(w, lanes + k, 7, share * load3(w, d + 6 * i + 3))
             for k in range(lane_count(count)):
@@ -105,7 +116,7 @@ def apply_step(
                 store(w, position_at(ni, rod, slot, i), load_lane3(w, at, 0))
                 store(w, rod + ni[Section.TENSIONS] + 3 * i, load_lane3(w, at, 10))
                 store(w, orientation_at(ni, rod, slot, i), load_lane4(w, at, 13))
-        x = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * n - 3)
+        x = load3(w, start + 3 * n - 3)
         store(
             w,
             position_at(ni, rod, step + HISTORY_SLOTS, n - 1),

@@ -121,7 +121,10 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
             arg = HessianPart.NONE
         if task == Task.EDGE_ENERGY and phase == Phase.FINAL_HESSIAN:
             arg = HessianPart.TRUE
-        if task == Task.APPLY_STEP:
+        if task == Task.ACCEPT_ITERATE:
+            arg = line_search
+        elif task == Task.APPLY_STEP:
+            arg = line_search
             real = share
         elif task == Task.MOVE_GRIPS:
             arg = grips_moved

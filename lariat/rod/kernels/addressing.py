@@ -9,7 +9,9 @@ from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.layout import (
     COLUMNS_STRIDE,
     COLUMNS_WIDTH,
+    EFFECTIVE_BEND_WIDTH,
     GROUP_COLUMNS,
+    HESSIAN_WIDTH,
     HISTORY_SLOTS,
     PARAMETER_WIDTH,
     STEP_BLOCKS,
@@ -32,10 +34,37 @@ def orientation_at(ni: ti.template(), rod, slot, i):
 
 
 @ti.func
+def kept_solve(ni: ti.template(), step):
+    """Place of a solve in the sections that keep every solve for the adjoint, else one alone."""
+    return ti.select(ni[Header.DERIVATIVES] >= Derivatives.ADJOINT, step, 0)
+
+
+@ti.func
+def target_position_at(ni: ti.template(), rod, step, i):
+    """Offset of the inertial target of node i."""
+    kept = kept_solve(ni, step)
+    return rod + ni[Section.TARGET_POSITIONS] + 3 * (kept * ni[Header.NODES] + i)
+
+
+@ti.func
+def target_orientation_at(ni: ti.template(), rod, step, i):
+    """Offset of the inertial target of edge i."""
+    kept = kept_solve(ni, step)
+    return rod + ni[Section.TARGET_ORIENTATIONS] + 4 * (kept * (ni[Header.NODES] - 1) + i)
+
+
+@ti.func
+def effective_bend_at(ni: ti.template(), rod, step, j):
+    """Offset of the `EffectiveBend` of bend j."""
+    place = kept_solve(ni, step) * (ni[Header.NODES] - 2) + j
+    return rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * place
+
+
+@ti.func
 def hessian_at(ni: ti.template(), rod, step, block):
     """Offset of the Hessian's row of a block: its diagonal 3x3 matrix, then the two below."""
-    stored = ti.select(ni[Header.DERIVATIVES] >= Derivatives.ADJOINT, step, 0)
-    return rod + ni[Section.HESSIAN] + 27 * (stored * (2 * ni[Header.NODES] - 1) + block)
+    place = kept_solve(ni, step) * (2 * ni[Header.NODES] - 1) + block
+    return rod + ni[Section.HESSIAN] + HESSIAN_WIDTH * place
 
 
 @ti.func

@@ -8,11 +8,14 @@ import taichi as ti
 
 from lariat.rod.kernels.addressing import (
     column_groups,
+    effective_bend_at,
     orientation_at,
     parameter_code_at,
     parameter_derivatives_at,
     position_at,
     scalar,
+    target_orientation_at,
+    target_position_at,
     time_at,
 )
 from lariat.rod.kernels.memory import load3, load4
@@ -29,7 +32,6 @@ from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Parameter, Task
 from lariat.rod.launch.layout import (
     COLUMNS_WIDTH,
-    EFFECTIVE_BEND_WIDTH,
     GROUP_COLUMNS,
     HISTORY_SLOTS,
     EffectiveBend,
@@ -114,7 +116,7 @@ def parameter_derivatives(
                 for i in range(first_edge, end_edge + 1):
                     mass = w[rod + ni[Section.MASSES] + i]
                     x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
-                    displacement = x - load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i)
+                    displacement = x - load3(w, target_position_at(ni, rod, step, i))
                     force = mass * (weight * displacement - gravity)
                     if code == Parameter.DAMPING:
                         for back in range(1, 3):
@@ -142,7 +144,7 @@ def parameter_derivatives(
                     inertia = weighted_inertia(ni, w, rod, weight)
                     im, momentum_map = turn_from_target(
                         load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i)),
-                        load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i),
+                        load4(w, target_orientation_at(ni, rod, step, i)),
                     )
                     moment = momentum_map.transpose() @ (2.0 * inertia * im)
                     if code == Parameter.LINEAR_DENSITY:
@@ -171,7 +173,7 @@ def parameter_derivatives(
                     if knots > 1:
                         coordinate = ti.cast((j + 1 - first_edge) * (knots - 1), ti.f64) / edges
                         share = ti.max(0.0, 1.0 - ti.abs(coordinate - knot))
-                    effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
+                    effective = effective_bend_at(ni, rod, step, j)
                     moment = load3(w, effective + EffectiveBend.STIFFNESS) * (
                         u - load3(w, effective + EffectiveBend.REST)
                     )

@@ -147,9 +147,7 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
         value = run_task(ni, w, w33, task, rod, step, arg, real)
         check_progress = 0
         if phase == Phase.DERIVATIVES:
-            if task == Task.INERTIAL_TARGETS:
-                task = Task.INERTIA_DERIVATIVES
-            elif task == Task.INERTIA_DERIVATIVES:
+            if task == Task.INERTIA_DERIVATIVES:
                 forces = ti.select(self_contact, Task.SELF_CONTACT, Task.PARAMETER_DERIVATIVES)
                 task = ti.select(contact_forces_wanted, Task.OBSTACLE_CONTACT, forces)
             elif task == Task.OBSTACLE_CONTACT:
@@ -363,7 +361,7 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
             if backward == 1:
                 task = Task.DONE
                 if step >= 0:
-                    task = Task.INERTIAL_TARGETS
+                    task = Task.INERTIA_DERIVATIVES
                     adjoint_step = (
                         rod + ni[Section.ADJOINT] + 3 * (2 * n - 1) * (step + HISTORY_SLOTS)
                     )

@@ -52,7 +52,7 @@ def _results(buffers: LaunchBuffers[Sizes]) -> tuple[Float64[np.ndarray, "B ..."
     return (
         buffers.section(Section.POSITIONS).reshape(batch, -1, n, 3)[:, ends, nodes],
         buffers.section(Section.ORIENTATIONS).reshape(batch, -1, n - 1, 4)[:, ends],
-        buffers.section(Section.TARGET_POSITIONS).reshape(batch, n, 3)[:, nodes],
+        buffers.section(Section.TARGET_POSITIONS).reshape(batch, -1, n, 3)[:, 0, nodes],
         buffers.section(Section.TENSIONS).reshape(batch, n - 1, 3),
         report[..., ReportRow.ITERATIONS],
         report[..., ReportRow.CONVERGED],

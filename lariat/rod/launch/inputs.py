@@ -223,7 +223,7 @@ def _write_adjoint_seed(
             f"d_cost_d_positions must be ({sizes.horizon} steps, {nodes} nodes, 3), got "
             f"shape {cost.shape[1:]}"
         )
-    if not np.isfinite(cost).all():
+    if not math.isfinite(np.vdot(cost, cost)):
         raise ValueError("d_cost_d_positions must be finite")
     sums, seed = buffers.once(_adjoint_places)
     sums[:] = 0.0

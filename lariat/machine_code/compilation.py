@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from taichi._lib.core import taichi_python
 
 from lariat.machine_code import library, taichi_runtime, target_processor

@@ -1,7 +1,7 @@
 """Processor that kernels are compiled for, where LLVM does not know the one at hand.
 
-Taichi's LLVM asks the processor for its family and model. One that is newer than LLVM itself it calls
-"generic", and gives it SSE2 alone, without AVX and fused products: the rod takes a third longer then.
+Taichi's LLVM tells processors apart by family and model. It calls one that is newer than itself
+"generic" and uses neither AVX nor fused products, without which the rod takes a third longer.
 Taichi has no setting for it. In the process that compiles, LLVM's function is therefore replaced by
 one that returns the level of x86-64 whose instructions the processor has.
 """
@@ -18,18 +18,18 @@ from typing import Any
 UNKNOWN = b"generic"
 """LLVM's name of a processor that it does not know."""
 LEVEL = b"x86-64-v3"
-"""LLVM's name of a processor with AVX2."""
-LEVEL_FLAGS = frozenset(("avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"))
+"""LLVM's name of any processor with AVX2."""
+LEVEL_FLAGS = frozenset(("abm", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe", "xsave"))
 """Instructions of that level beyond those of older ones, as in /proc/cpuinfo."""
 NAMING_FUNCTION = b"_ZN4llvm3sys14getHostCPUNameEv"
 """Symbol of `llvm::StringRef llvm::sys::getHostCPUName()`."""
-_SYMBOL_TABLE = 2
-"""Type of an ELF section with all symbols (SHT_SYMTAB)."""
+SYMBOL_TABLE, SYMBOL_WIDTH = 2, 24
+"""Type of the section of an ELF file that lists all symbols, and the bytes of one."""
+
+_name = ctypes.create_string_buffer(LEVEL)
 
 
-class _Name(ctypes.Structure):
-    """LLVM's StringRef."""
-
+class _StringRef(ctypes.Structure):
     _fields_ = (("address", ctypes.c_void_p), ("length", ctypes.c_size_t))
 
 
@@ -37,80 +37,73 @@ def name_unknown_processor(library: Path) -> None:
     """Let LLVM compile for the instructions of a processor that it does not know.
 
     Nothing changes where LLVM knows the processor, where that lacks an instruction of the level, or
-    where the library carries no symbol of LLVM's function.
+    where the function is not found.
 
     Args:
-        library: File of Taichi's library, which this process has loaded.
+        library: File of the library that contains LLVM, which this process has loaded.
     """
     if platform.machine() != "x86_64" or not processor_flags() >= LEVEL_FLAGS:
         return
-    offset = symbol_address(library, NAMING_FUNCTION)
-    start = _load_address(library)
-    if offset is None or start is None:
-        return
-    address = start + offset
-    named: Any = ctypes.CFUNCTYPE(_Name)(address)
-    name = named()
-    if ctypes.string_at(name.address, name.length) != UNKNOWN:
+    address = function_address(library, NAMING_FUNCTION)
+    if address is None or processor_name(address) != UNKNOWN:
         return
     # mov rax, address of the name; mov edx, its length; ret.
-    text = ctypes.create_string_buffer(LEVEL)
-    code = b"\x48\xb8" + struct.pack("<Q", ctypes.addressof(text))
+    code = b"\x48\xb8" + struct.pack("<Q", ctypes.addressof(_name))
     code += b"\xba" + struct.pack("<I", len(LEVEL)) + b"\xc3"
     page = address // mmap.PAGESIZE * mmap.PAGESIZE
-    length = address + len(code) - page
     protect = ctypes.CDLL(None).mprotect
-    if protect(ctypes.c_void_p(page), ctypes.c_size_t(length), mmap.PROT_READ | mmap.PROT_WRITE):
-        # A hardened system does not let a process change its code.
-        return
-    ctypes.memmove(address, code, len(code))
-    protect(ctypes.c_void_p(page), ctypes.c_size_t(length), mmap.PROT_READ | mmap.PROT_EXEC)
-    # The code holds the address of the name.
-    _names.append(text)
+    protect.argtypes = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int
+    length = address + len(code) - page
+    # A hardened system lets no process change its code: the name stays as it is.
+    if protect(page, length, mmap.PROT_READ | mmap.PROT_WRITE) == 0:
+        ctypes.memmove(address, code, len(code))
+        protect(page, length, mmap.PROT_READ | mmap.PROT_EXEC)
 
 
-_names: list[Any] = []
+def processor_name(address: int) -> bytes:
+    """Return the name of the processor by LLVM's function at an address."""
+    function: Any = ctypes.CFUNCTYPE(_StringRef)(address)
+    name = function()
+    return ctypes.string_at(name.address, name.length)
 
 
 def processor_flags() -> set[str]:
-    """Return the names of the processor's instruction sets, as Linux lists them."""
+    """Return the instruction sets of the processor, by their names in Linux."""
     for line in Path("/proc/cpuinfo").read_text().splitlines():
         if line.startswith("flags"):
             return set(line.partition(":")[2].split())
     return set()
 
 
-def symbol_address(library: Path, name: bytes) -> int | None:
-    """Return the address of a function in an ELF file of 64 bits, from where it is loaded.
+def function_address(library: Path, symbol: bytes) -> int | None:
+    """Return the address of a function, exported or not, of a library that this process has loaded.
 
-    None if the file has no such symbol; a local one is found as well.
+    None if the library is not loaded, or its file does not name the function.
     """
-    with library.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        (table,) = struct.unpack_from("<Q", content, 40)
-        entry, count = struct.unpack_from("<HH", content, 58)
-        headers = [struct.unpack_from("<IIQQQQIIQQ", content, table + entry * k) for k in range(count)]
-        for header in headers:
-            if header[1] != _SYMBOL_TABLE:
-                continue
-            strings = headers[header[6]]
-            place = content.find(b"\0" + name + b"\0", strings[4], strings[4] + strings[5])
-            if place < 0:
-                continue
-            number = struct.pack("<I", place + 1 - strings[4])
-            found = content.find(number, header[4], header[4] + header[5])
-            while found >= 0:
-                if (found - header[4]) % 24 == 0:
-                    (address,) = struct.unpack_from("<Q", content, found + 8)
-                    return address
-                found = content.find(number, found + 1, header[4] + header[5])
-    return None
-
-
-def _load_address(library: Path) -> int | None:
-    """Return the address at which this process has loaded a library."""
+    offset = _symbol_offset(library, symbol)
     starts = [
         int(line.partition("-")[0], 16)
         for line in Path("/proc/self/maps").read_text().splitlines()
-        if line.endswith(str(library))
+        if line.endswith(f" {library}")
     ]
-    return min(starts, default=None)
+    return min(starts) + offset if starts and offset is not None else None
+
+
+def _symbol_offset(library: Path, symbol: bytes) -> int | None:
+    """Return the offset of a symbol in an ELF file of 64 bits; None if it is not there."""
+    with library.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as elf:
+        (place,) = struct.unpack_from("<Q", elf, 40)
+        width, count = struct.unpack_from("<HH", elf, 58)
+        # Name, type, flags, address, place, size, link, ...
+        sections = [struct.unpack_from("<IIQQQQI", elf, place + width * k) for k in range(count)]
+        for _name, kind, _flags, _address, start, size, link in sections:
+            if kind != SYMBOL_TABLE:
+                continue
+            names, names_size = sections[link][4:6]
+            name = elf.find(b"\0" + symbol + b"\0", names, names + names_size) + 1
+            if name == 0:
+                continue
+            for found, value in struct.iter_unpack("<I4xQ8x", elf[start : start + size]):
+                if found == name - names:
+                    return value
+    return None

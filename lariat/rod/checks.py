@@ -98,10 +98,12 @@ def check_state(state: RodState, node_count: int, frame_count: int) -> None:
     q, omega = np.asarray(state.orientations), np.asarray(state.angular_velocities)
     nodes, frames = (node_count, 3), (frame_count, 3)
     if x.shape == v.shape == nodes and omega.shape == frames and q.shape == (frame_count, 4):
-        # Products are finite if all of their factors are, and take a fourth of the time of a search.
+        # Sums of products are finite if all factors are: a fourth of the time of a search.
         excess = np.vecdot(q, q) - 1.0
         off = np.vdot(excess, excess)
-        if off <= SQUARED_NORM_TOLERANCE**2 and math.isfinite(np.vdot(x, v) + np.vdot(omega, omega)):
+        if off <= SQUARED_NORM_TOLERANCE**2 and math.isfinite(
+            np.vdot(x, v) + np.vdot(omega, omega)
+        ):
             return
     for name, value, shape in (
         ("positions", x, nodes),

@@ -64,7 +64,9 @@ def grip_sensitivities(
                         for k in range(COLUMNS_WIDTH):
                             w[to + k] = w[to - COLUMNS_WIDTH + k]
                     for k in range(COLUMNS_WIDTH):
-                        w[at + k] = ti.select(back <= history, w[at + COLUMNS_WIDTH * back + k], 0.0)
+                        w[at + k] = ti.select(
+                            back <= history, w[at + COLUMNS_WIDTH * back + k], 0.0
+                        )
                     rate = driven * ti.Matrix.identity(ti.f64, 3)
                     shift = 6 * end
                     if held % 3 == 1:

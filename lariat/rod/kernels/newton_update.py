@@ -36,7 +36,11 @@ def accept_iterate(
     arg: ti.i32,
     real: ti.f64,
 ) -> ti.f64:
-    """Store the negative gradient as right-hand side, and the iterate for a line search (`arg` 1)."""
+    """Set the right-hand side to the negative gradient, and store the iterate of a line search.
+
+    Args:
+        arg: Whether there is a line search, whose steps start from the iterate that is stored.
+    """
     result = 0.0
     if task == Task.ACCEPT_ITERATE:
         n = ni[Header.NODES]
@@ -73,9 +77,10 @@ def apply_step(
     arg: ti.i32,
     real: ti.f64,
 ) -> ti.f64:
-    """Move the iterate by `real` * step, in a line search from the one accepted (`arg` 1).
+    """Move the iterate by `real` * step; the tensions follow linearly.
 
-    The tensions follow linearly.
+    Args:
+        arg: Whether there is a line search, in which the step starts from the stored iterate.
     """
     result = 0.0
     if task == Task.APPLY_STEP:

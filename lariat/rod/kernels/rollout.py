@@ -47,9 +47,7 @@ def roll_out(ni: Integers, w: Doubles, w33: Matrices33, batch: ti.i32):
 
 
 @ti.kernel
-def roll_out_side_by_side(
-    ni: Integers, w: Doubles, w33: Matrices33, batch: ti.i32
-):
+def roll_out_side_by_side(ni: Integers, w: Doubles, w33: Matrices33, batch: ti.i32):
     """Roll out every rod of a batch in a thread of its own, with the derivatives of the header."""
     for b in range(batch):
         rod = b * ni[Header.STRIDE]

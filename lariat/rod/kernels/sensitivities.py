@@ -1,8 +1,8 @@
 """Forward sensitivities: columns dx/da for actions, parameters and initial state.
 
 Each solve carries columns S = dx/da on,  H S = -dg/dx1 S1 - dg/dx0 S0 - ... - dg/dtheta,  with the
-factors of its last Newton step, in groups of `GROUP_COLUMNS`, whose columns are computed in lanes.
-Each block of unknowns keeps its rows after the last solves, the latest first.
+factors of its last Newton step, in groups of `GROUP_COLUMNS`, the columns of a group in lanes. Each
+block of unknowns keeps its rows after the last solves, the latest first.
 """
 
 import taichi as ti

@@ -95,13 +95,15 @@ class Section(IntEnum):
     POSITIONS = auto()
     ORIENTATIONS = auto()
     TARGET_POSITIONS = auto()
-    """Positions to which inertia alone would lead; after the launch, the last velocities."""
+    """Positions to which inertia alone would lead, after every solve if the adjoint is computed; after
+    the launch, the last velocities."""
     TARGET_ORIENTATIONS = auto()
     TARGET_DERIVATIVES = auto()
     """Derivative of the moments of inertia with respect to the share of velocity that is kept."""
     TENSIONS = auto()
     """Stretch forces of the mixed Newton method; after the launch, the last angular velocities."""
     ACCEPTED_POSITIONS = auto()
+    """Iterate from which a line search starts."""
     ACCEPTED_ORIENTATIONS = auto()
     HESSIAN = auto()
     """Hessian, then its factors; those of every solve if the adjoint is computed."""
@@ -255,8 +257,8 @@ ends, three vectors of four lanes."""
 COLUMNS_WIDTH = 3 * GROUP_COLUMNS
 """Numbers of a block of unknowns in a group of columns, row by row."""
 COLUMNS_STRIDE = (HISTORY_SLOTS + 2) * COLUMNS_WIDTH
-"""Numbers of a block in the sections of sensitivities: those after the last solve, after each of
-`HISTORY_SLOTS` earlier ones, and a sum. Their distances are constants, or there would be no lanes."""
+"""Numbers of a block in the section of sensitivities: its rows after the last solve and after each
+of `HISTORY_SLOTS` earlier ones, and a sum. Their distances are constants, for the sake of lanes."""
 MATRIX_WIDTH = 9
 """Numbers of a 3x3 matrix, at a multiple of which sections of matrices start: the array of doubles
 is also read as one of 3x3 matrices."""

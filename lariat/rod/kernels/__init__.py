@@ -60,10 +60,10 @@ offset `rod`, the solve `step`, and two arguments of the task. Taichi 1.7 has tw
 functions. Functions that are inlined into them lose their branches and loops: they have none
 (`ti.select`). And the key of Taichi's offline cache depends on chance as soon as one body names two
 real functions: every part therefore names only one other, does its own tasks, and passes on all
-others. The chain of parts begins in `adjoint` and ends in `banded_solve`; its order decides what the
-compiler inlines, and hence the rounding of results and the speed: a function that is inlined
+others. The chain of parts begins in `adjoint` and ends in `banded_solve`; its order decides what
+the compiler inlines, and hence the rounding of results and the speed: a function that is inlined
 nowhere reads the addresses of the arrays again after every store, and none of its loops has lanes.
-`nm -S` names those of a library: the sensitivities must not be one of them.
+`nm -S` lists those of a library: `sensitivities` must not be one of them.
 
 **Lanes.** Bends, edges and the Newton update are evaluated for up to `LANE_COUNT` neighbours at a
 time: their numbers are gathered, term by term, in the section of lanes, a loop over neighbours

@@ -95,7 +95,7 @@ class Section(IntEnum):
     POSITIONS = auto()
     ORIENTATIONS = auto()
     TARGET_POSITIONS = auto()
-    """Positions to which inertia alone would lead, after every solve if the adjoint is computed; after
+    """Positions to which inertia alone would lead, in every solve if the adjoint is computed; after
     the launch, the last velocities."""
     TARGET_ORIENTATIONS = auto()
     TARGET_DERIVATIVES = auto()

@@ -65,7 +65,7 @@ def test_clamps_hold_the_end_nodes_and_their_frames() -> None:
     assert np.allclose(poses.matrix(final.orientations[-1]), poses.matrix(q), atol=1e-12)
 
 
-@pytest.mark.parametrize("angle", [1e-5, 2.0, 4.0, 7.0, 20.0])
+@pytest.mark.parametrize("angle", [1e-5, 2.0, 4.0, 7.0, 12.0])
 def test_frames_follow_grips_that_turn_by_any_angle_in_a_step(angle: float) -> None:
     rod = Rod(PROPERTIES, 12)
     state = rod.straight((0.0, 0.0, 0.3), (1.0, 0.0, 0.3))

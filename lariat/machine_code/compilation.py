@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from taichi._lib.core import taichi_python
 
-from lariat.machine_code import library, taichi_runtime
+from lariat.machine_code import library, taichi_runtime, target_processor
 from lariat.machine_code.kernel_key import imported_files, kernel_key, own_key
 from lariat.machine_code.kernel_source import KernelSource
 
@@ -52,6 +53,7 @@ def build_library(folder: Path, source: KernelSource) -> tuple[str, Path]:
         CalledProcessError: The assembler or the linker failed.
     """
     key = own_key(source)
+    target_processor.name_unknown_processor(Path(taichi_python.__file__))
     taichi_runtime.start(writes_assembly=True)
     kernel = attribute(source.function)
     expected = attribute(source.trials)()

@@ -11,7 +11,11 @@ import numpy as np
 
 ROOT = Path(__file__).parents[2]
 """Folder of the package `lariat` that this module belongs to."""
-COMPILER_MODULES = ("lariat.machine_code.compilation", "lariat.machine_code.taichi_runtime")
+COMPILER_MODULES = (
+    "lariat.machine_code.compilation",
+    "lariat.machine_code.taichi_runtime",
+    "lariat.machine_code.target_processor",
+)
 """Modules with the settings of the compiler."""
 
 Kernel = Callable[..., object]

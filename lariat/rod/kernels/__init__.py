@@ -47,6 +47,7 @@ reuse the factors of the last Newton step.
     parameter_derivatives    dg/dtheta
     adjoint                  gradient of a cost, backwards
     sensitivities            derivatives of positions, forwards
+    grip_sensitivities       their rows at driven ends
     step_terms, rotations    terms and rotations that these share
     addressing, memory       offsets (`lariat.rod.launch.layout`), loads and stores
 
@@ -54,18 +55,20 @@ reuse the factors of the last Newton step.
 
 **Structure of the code.** Taichi's compile time grows faster than the size of the code, so that the
 large parts are real functions, compiled once each. They share one signature: the integer array
-`ni`, the doubles `w`, which are also passed as matrices (`w33`, `w36`), the `Task` to do, the
+`ni`, the doubles `w`, which are also passed as matrices (`w33`), the `Task` to do, the
 offset `rod`, the solve `step`, and two arguments of the task. Taichi 1.7 has two faults with real
 functions. Functions that are inlined into them lose their branches and loops: they have none
 (`ti.select`). And the key of Taichi's offline cache depends on chance as soon as one body names two
 real functions: every part therefore names only one other, does its own tasks, and passes on all
-others. The chain of parts begins in `sensitivities` and ends in `banded_solve`; its order decides
-what the compiler inlines, and hence the rounding of results and the speed: a function that is
-inlined nowhere reads the addresses of the arrays again after every store.
+others. The chain of parts begins in `adjoint` and ends in `banded_solve`; its order decides what
+the compiler inlines, and hence the rounding of results and the speed: a function that is inlined
+nowhere reads the addresses of the arrays again after every store, and none of its loops has lanes.
+`nm -S` lists those of a library: `sensitivities` must not be one of them.
 
 **Lanes.** Bends, edges and the Newton update are evaluated for up to `LANE_COUNT` neighbours at a
 time: their numbers are gathered, term by term, in the section of lanes, a loop over neighbours
 computes, and the results are scattered. LLVM makes lanes of such a loop if it has no branch, reads
 and writes the section of lanes alone, and runs a multiple of four times, at least 16 at most; and
-if terms that are read from the next neighbour lie 64 lanes of four away from what it writes.
+if terms that are read from the next neighbour lie 64 lanes of four away from what it writes. The
+lanes of sensitivities are the columns of a group, whose loops run a constant twelve times.
 """

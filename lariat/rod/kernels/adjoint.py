@@ -15,13 +15,21 @@ from lariat.rod.kernels.addressing import (
     parameter_derivatives_at,
     time_at,
 )
+from lariat.rod.kernels.grip_sensitivities import grip_sensitivities
 from lariat.rod.kernels.memory import add, load3, load4, load33
-from lariat.rod.kernels.parameter_derivatives import parameter_derivatives
 from lariat.rod.kernels.rotations import left_jacobian, rotation_matrix
 from lariat.rod.kernels.step_terms import internal_rate, step_times, target_share
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import EndHold, Task
-from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Section, TimeRow
+from lariat.rod.launch.layout import (
+    COLUMNS_WIDTH,
+    GROUP_COLUMNS,
+    HISTORY_SLOTS,
+    STEP_BLOCKS,
+    Header,
+    Section,
+    TimeRow,
+)
 
 
 @ti.real_func
@@ -29,7 +37,6 @@ def adjoint(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -87,15 +94,16 @@ def adjoint(
                     add(w, old, -(jacobian.transpose() @ moment))
                     add(w, old + 6, jacobian @ moment)
         for p in range(ni[Header.PARAMETERS]):
-            force = parameter_derivatives_at(ni, rod, p // 6, 0) + p % 6
+            force = parameter_derivatives_at(ni, rod, p // GROUP_COLUMNS, 0)
+            force += p % GROUP_COLUMNS
             total = 0.0
             for j in range(first, end):
                 for a in ti.static(range(3)):
-                    total -= w[new + 3 * j + a] * w[force + 18 * j + 6 * a]
+                    total -= w[new + 3 * j + a] * w[force + COLUMNS_WIDTH * j + GROUP_COLUMNS * a]
             to = rod + ni[Section.PARAMETERS_OUT] + p
             w[to] = w[to] + total
     else:
-        result = grip_adjoint(ni, w, w33, w36, task, rod, step, arg, real)
+        result = grip_adjoint(ni, w, w33, task, rod, step, arg, real)
     return result
 
 
@@ -104,7 +112,6 @@ def grip_adjoint(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -140,5 +147,5 @@ def grip_adjoint(
                 add(w, out, h * pull)
                 add(w, old + outer, pull)
     else:
-        result = parameter_derivatives(ni, w, w33, w36, task, rod, step, arg, real)
+        result = grip_sensitivities(ni, w, w33, task, rod, step, arg, real)
     return result

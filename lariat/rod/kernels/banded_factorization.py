@@ -12,7 +12,7 @@ import taichi as ti
 from lariat.rod.kernels.addressing import hessian_index
 from lariat.rod.kernels.memory import bounded_index
 from lariat.rod.kernels.self_contact_coupling import fold_self_contacts
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import Header
 
@@ -46,7 +46,6 @@ def factorize(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -85,5 +84,5 @@ def factorize(
                     w33[m + 2] = scale * far_adjugate
         result = definite
     else:
-        result = fold_self_contacts(ni, w, w33, w36, task, rod, step, arg, real)
+        result = fold_self_contacts(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -6,14 +6,14 @@ The contacts add a matrix of low rank (Woodbury).
 
 import taichi as ti
 
-from lariat.rod.kernels.addressing import hessian_index
+from lariat.rod.kernels.addressing import hessian_index, unknown_at
 from lariat.rod.kernels.memory import add, bounded_index, load3, store
 from lariat.rod.kernels.self_contact_hessian import (
     geometric_hessian_product,
     normal_separation,
     subtract_at_nodes,
 )
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     SELF_CONTACT_HEAD,
@@ -29,7 +29,6 @@ def solve(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -73,7 +72,7 @@ def solve(
                 w[right + k] = 0.0
                 w[last + k] = 0.0
             for k in range(3 * first, 3 * end):
-                w[right + k] = w[arg + stride * k]
+                w[right + k] = w[unknown_at(arg, stride, k)]
         c = 0
         if task == Task.SOLVE_AGAIN:
             c = count
@@ -165,5 +164,5 @@ def solve(
             c += 1
         if not newton:
             for k in range(3 * first, 3 * end):
-                w[arg + stride * k] = w[last + k]
+                w[unknown_at(arg, stride, k)] = w[last + k]
     return result

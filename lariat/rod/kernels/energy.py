@@ -20,7 +20,15 @@ last linear solve predicted, and the number of iterations does not depend on the
 
 import taichi as ti
 
-from lariat.rod.kernels.addressing import hessian_index, orientation_at, position_at, scalar
+from lariat.rod.kernels.addressing import (
+    effective_bend_at,
+    hessian_index,
+    orientation_at,
+    position_at,
+    scalar,
+    target_orientation_at,
+    target_position_at,
+)
 from lariat.rod.kernels.memory import (
     add,
     bounded,
@@ -47,10 +55,9 @@ from lariat.rod.kernels.rotations import (
     rotation_matrix,
 )
 from lariat.rod.kernels.step_terms import step_times, turn_from_target, weighted_inertia
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import HessianPart, Task
 from lariat.rod.launch.layout import (
-    EFFECTIVE_BEND_WIDTH,
     HISTORY_SLOTS,
     LANE_COUNT,
     LANE_STRIDE,
@@ -72,7 +79,6 @@ def edge_energy(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -111,7 +117,7 @@ def edge_energy(
         for i in range(n):
             mass = w[rod + ni[Section.MASSES] + i]
             x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
-            displacement = x - load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i)
+            displacement = x - load3(w, target_position_at(ni, rod, step, i))
             energy += mass * (0.5 * weight * displacement.dot(displacement) - gravity.dot(x))
             store(w, g + 6 * i, mass * (weight * displacement - gravity))
             has_edge = i >= ni[Header.FIRST_EDGE] and i < ni[Header.END_EDGE]
@@ -137,7 +143,7 @@ def edge_energy(
                 i = first + k
                 store_lane(w, lanes + k, 0, load3(w, position_at(ni, rod, slot, i)))
                 store_lane(w, lanes + k, 3, load4(w, orientation_at(ni, rod, slot, i)))
-                target = load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i)
+                target = load4(w, target_orientation_at(ni, rod, step, i))
                 store_lane(w, lanes + k, 7, target)
                 store_lane(w, lanes + k, 11, load3(w, rod + ni[Section.TENSIONS] + 3 * i))
             store_lane(w, lanes + count, 0, load3(w, position_at(ni, rod, slot, first + count)))
@@ -200,7 +206,7 @@ def edge_energy(
                     w33[m + 5] = zero
         result = energy
     else:
-        result = bend_energy(ni, w, w33, w36, task, rod, step, arg, real)
+        result = bend_energy(ni, w, w33, task, rod, step, arg, real)
     return result
 
 
@@ -209,7 +215,6 @@ def bend_energy(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -234,7 +239,7 @@ def bend_energy(
             first = LANE_COUNT * strip
             count = ti.min(LANE_COUNT, n - 2 - first)
             for k in range(count):
-                effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * (first + k)
+                effective = effective_bend_at(ni, rod, step, first + k)
                 q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, first + k))
                 store_lane(w, lanes + k, 0, q)
                 store_lane(w, lanes + k, 4, load3(w, effective + EffectiveBend.STIFFNESS))
@@ -285,5 +290,5 @@ def bend_energy(
                     w33[m + 2] = load_lane33(w, at, 29)
         result = energy
     else:
-        result = obstacle_contacts(ni, w, w33, w36, task, rod, step, arg, real)
+        result = obstacle_contacts(ni, w, w33, task, rod, step, arg, real)
     return result

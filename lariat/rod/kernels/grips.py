@@ -12,10 +12,10 @@ import taichi as ti
 
 from lariat.rod.kernels.addressing import hessian_at, orientation_at, position_at
 from lariat.rod.kernels.memory import add, load3, load4, load33, store
-from lariat.rod.kernels.prediction import predict
 from lariat.rod.kernels.rotations import logarithm, relative_rotation
+from lariat.rod.kernels.sensitivities import sensitivities
 from lariat.rod.kernels.step_terms import grip_target
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import EndHold, Task
 from lariat.rod.launch.layout import HISTORY_SLOTS, Header, Section
 
@@ -25,7 +25,6 @@ def move_grips(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -60,7 +59,7 @@ def move_grips(
                         store(w, d + 6 * node, position - x)
                         store(w, d + 6 * edge + 3, logarithm(relative_rotation(before, q)))
     else:
-        result = predict(ni, w, w33, w36, task, rod, step, arg, real)
+        result = sensitivities(ni, w, w33, task, rod, step, arg, real)
     return result
 
 
@@ -69,7 +68,6 @@ def subtract_couplings(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -97,5 +95,5 @@ def subtract_couplings(
                     m = hessian_at(ni, rod, step, j) + 9 + 9 * k
                     add(w, d + 3 * j, -(load33(w, m).transpose() @ load3(w, d + 3 * to)))
     else:
-        result = move_grips(ni, w, w33, w36, task, rod, step, arg, real)
+        result = move_grips(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -9,7 +9,7 @@ for each number.
 
 import taichi as ti
 
-from lariat.rod.launch.layout import LANE_COUNT, LANE_STRIDE
+from lariat.rod.launch.layout import GROUP_COLUMNS, LANE_COUNT, LANE_STRIDE
 
 MAX_OFFSET, MAX_INDEX = 2**27 - 1, 2**23 - 1
 """Largest offset in the array of doubles, and largest place of a matrix in it."""
@@ -55,17 +55,6 @@ def load33(w: ti.template(), at):
 
 
 @ti.func
-def load36(w: ti.template(), start):
-    """3x6 matrix from `w[start]` on, row by row."""
-    first = bounded(start)
-    m = ti.Matrix.zero(ti.f64, 3, 6)
-    for a in ti.static(range(3)):
-        for b in ti.static(range(6)):
-            m[a, b] = w[first + 6 * a + b]
-    return m
-
-
-@ti.func
 def store(w: ti.template(), at, v):
     """Write a vector to `w[at]` and after."""
     first = bounded(at)
@@ -83,15 +72,6 @@ def store33(w: ti.template(), at, m):
 
 
 @ti.func
-def store36(w: ti.template(), start, m):
-    """Write a 3x6 matrix to `w[start]` and after, row by row."""
-    first = bounded(start)
-    for a in ti.static(range(3)):
-        for b in ti.static(range(6)):
-            w[first + 6 * a + b] = m[a, b]
-
-
-@ti.func
 def add(w: ti.template(), at, v):
     """Add a vector to the numbers from `w[at]` on."""
     first = bounded(at)
@@ -106,6 +86,19 @@ def add33(w: ti.template(), at, m):
     for a in ti.static(range(3)):
         for b in ti.static(range(3)):
             w[first + 3 * a + b] = w[first + 3 * a + b] + m[a, b]
+
+
+@ti.func
+def load_column(w: ti.template(), at):
+    """Three rows of a column of a group."""
+    return ti.Vector([w[at + GROUP_COLUMNS * a] for a in range(3)])
+
+
+@ti.func
+def store_column(w: ti.template(), at, v):
+    """Write three rows of a column of a group."""
+    for a in ti.static(range(3)):
+        w[at + GROUP_COLUMNS * a] = v[a]
 
 
 @ti.func

@@ -20,7 +20,7 @@ from lariat.rod.kernels.memory import (
     store_lane,
 )
 from lariat.rod.kernels.rotations import rotated, rotation_matrix
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import HISTORY_SLOTS, LANE_COUNT, Header, Scalar, Section
 
@@ -30,33 +30,39 @@ def accept_iterate(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
     arg: ti.i32,
     real: ti.f64,
 ) -> ti.f64:
-    """Store the iterate as start of the step, and the negative gradient as right-hand side."""
+    """Set the right-hand side to the negative gradient, and store the iterate of a line search.
+
+    Args:
+        arg: Whether there is a line search, whose steps start from the iterate that is stored.
+    """
     result = 0.0
     if task == Task.ACCEPT_ITERATE:
         n = ni[Header.NODES]
-        for k in range(3 * n):
-            w[rod + ni[Section.ACCEPTED_POSITIONS] + k] = w[
-                position_at(ni, rod, step + HISTORY_SLOTS, 0) + k
-            ]
-        for k in range(4 * (n - 1)):
-            w[rod + ni[Section.ACCEPTED_ORIENTATIONS] + k] = w[
-                orientation_at(ni, rod, step + HISTORY_SLOTS, 0) + k
-            ]
-        for j in range(2 * n - 1):
-            downhill = 0.0
-            if j >= ni[Header.FIRST_FREE] and j < ni[Header.END_FREE]:
-                downhill = -1.0
-            gradient = load3(w, rod + ni[Section.GRADIENT] + 3 * j)
-            store(w, rod + ni[Section.NEWTON_STEP] + 3 * j, downhill * gradient)
+        if arg == 1:
+            for k in range(3 * n):
+                w[rod + ni[Section.ACCEPTED_POSITIONS] + k] = w[
+                    position_at(ni, rod, step + HISTORY_SLOTS, 0) + k
+                ]
+            for k in range(4 * (n - 1)):
+                w[rod + ni[Section.ACCEPTED_ORIENTATIONS] + k] = w[
+                    orientation_at(ni, rod, step + HISTORY_SLOTS, 0) + k
+                ]
+        g = bounded(rod + ni[Section.GRADIENT])
+        d = bounded(rod + ni[Section.NEWTON_STEP])
+        for k in range(3 * ni[Header.FIRST_FREE], 3 * ni[Header.END_FREE]):
+            w[d + k] = -w[g + k]
+        for k in range(3 * ni[Header.FIRST_FREE]):
+            w[d + k] = 0.0
+        for k in range(3 * ni[Header.END_FREE], 3 * (2 * n - 1)):
+            w[d + k] = 0.0
     else:
-        result = edge_energy(ni, w, w33, w36, task, rod, step, arg, real)
+        result = edge_energy(ni, w, w33, task, rod, step, arg, real)
     return result
 
 
@@ -65,14 +71,17 @@ def apply_step(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
     arg: ti.i32,
     real: ti.f64,
 ) -> ti.f64:
-    """Move the iterate to accepted + `real` * step; the tensions follow linearly."""
+    """Move the iterate by `real` * step; the tensions follow linearly.
+
+    Args:
+        arg: Whether there is a line search, in which the step starts from the stored iterate.
+    """
     result = 0.0
     if task == Task.APPLY_STEP:
         share = real
@@ -82,15 +91,20 @@ def apply_step(
         stretch_per_length = stretch / scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         lanes = bounded(rod + ni[Section.LANES])
         slot = step + HISTORY_SLOTS
+        start = position_at(ni, rod, slot, 0)
+        turned = orientation_at(ni, rod, slot, 0)
+        if arg == 1:
+            start = rod + ni[Section.ACCEPTED_POSITIONS]
+            turned = rod + ni[Section.ACCEPTED_ORIENTATIONS]
         for strip in range((n - 1 + LANE_COUNT - 1) // LANE_COUNT):
             first = LANE_COUNT * strip
             count = ti.min(LANE_COUNT, n - 1 - first)
             for k in range(count + 1):
                 i = first + k
-                x = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * i)
+                x = load3(w, start + 3 * i)
                 store_lane(w, lanes + k, 0, x + share * load3(w, d + 6 * i))
                 if k < count:
-                    q = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * i)
+                    q = load4(w, turned + 4 * i)
                     store_lane(w, lanes + k, 3, q)
                     store_lane(w, lanes + k, 7, share * load3(w, d + 6 * i + 3))
             for k in range(lane_count(count)):
@@ -107,12 +121,12 @@ def apply_step(
                 store(w, position_at(ni, rod, slot, i), load_lane3(w, at, 0))
                 store(w, rod + ni[Section.TENSIONS] + 3 * i, load_lane3(w, at, 10))
                 store(w, orientation_at(ni, rod, slot, i), load_lane4(w, at, 13))
-        x = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * n - 3)
+        x = load3(w, start + 3 * n - 3)
         store(
             w,
             position_at(ni, rod, step + HISTORY_SLOTS, n - 1),
             x + share * load3(w, d + 6 * n - 6),
         )
     else:
-        result = accept_iterate(ni, w, w33, w36, task, rod, step, arg, real)
+        result = accept_iterate(ni, w, w33, task, rod, step, arg, real)
     return result

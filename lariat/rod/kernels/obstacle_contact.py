@@ -16,7 +16,7 @@ from lariat.rod.kernels.addressing import hessian_at, position_at, scalar
 from lariat.rod.kernels.contact_penalty import contact_penalty
 from lariat.rod.kernels.memory import add, add33, load3, load33
 from lariat.rod.kernels.self_contact import self_contacts
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import HessianPart, ObstacleShape, Task
 from lariat.rod.launch.layout import (
     HISTORY_SLOTS,
@@ -33,7 +33,6 @@ def obstacle_contacts(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -181,5 +180,5 @@ def obstacle_contacts(
                                 add33(w, m + 54, (s * s) * hessian)
         result = total
     else:
-        result = self_contacts(ni, w, w33, w36, task, rod, step, arg, real)
+        result = self_contacts(ni, w, w33, task, rod, step, arg, real)
     return result

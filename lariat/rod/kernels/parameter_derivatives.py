@@ -7,11 +7,15 @@ gradient over the parameter. The profiles are interpolated linearly between thei
 import taichi as ti
 
 from lariat.rod.kernels.addressing import (
+    column_groups,
+    effective_bend_at,
     orientation_at,
     parameter_code_at,
     parameter_derivatives_at,
     position_at,
     scalar,
+    target_orientation_at,
+    target_position_at,
     time_at,
 )
 from lariat.rod.kernels.memory import load3, load4
@@ -24,10 +28,11 @@ from lariat.rod.kernels.step_terms import (
     turn_from_target,
     weighted_inertia,
 )
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Parameter, Task
 from lariat.rod.launch.layout import (
-    EFFECTIVE_BEND_WIDTH,
+    COLUMNS_WIDTH,
+    GROUP_COLUMNS,
     HISTORY_SLOTS,
     EffectiveBend,
     Header,
@@ -40,9 +45,9 @@ from lariat.rod.launch.layout import (
 @ti.func
 def add_parameter_derivative(ni: ti.template(), w: ti.template(), rod, p, j, v):
     """Add to the derivative of the gradient at block j with respect to parameter p."""
-    start = parameter_derivatives_at(ni, rod, p // 6, j) + p % 6
+    start = parameter_derivatives_at(ni, rod, p // GROUP_COLUMNS, j) + p % GROUP_COLUMNS
     for a in ti.static(range(3)):
-        w[start + 6 * a] = w[start + 6 * a] + v[a]
+        w[start + GROUP_COLUMNS * a] = w[start + GROUP_COLUMNS * a] + v[a]
 
 
 @ti.real_func
@@ -50,7 +55,6 @@ def parameter_derivatives(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -77,7 +81,7 @@ def parameter_derivatives(
                 scalar(ni, w, rod, Scalar.GRAVITY_Z),
             ]
         )
-        for k in range(18 * ((count + 5) // 6) * (2 * n - 1)):
+        for k in range(COLUMNS_WIDTH * column_groups(count) * (2 * n - 1)):
             w[parameter_derivatives_at(ni, rod, 0, 0) + k] = 0.0
         for p in range(count):
             code = ni[parameter_code_at(ni, p)]
@@ -112,7 +116,7 @@ def parameter_derivatives(
                 for i in range(first_edge, end_edge + 1):
                     mass = w[rod + ni[Section.MASSES] + i]
                     x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
-                    displacement = x - load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i)
+                    displacement = x - load3(w, target_position_at(ni, rod, step, i))
                     force = mass * (weight * displacement - gravity)
                     if code == Parameter.DAMPING:
                         for back in range(1, 3):
@@ -140,7 +144,7 @@ def parameter_derivatives(
                     inertia = weighted_inertia(ni, w, rod, weight)
                     im, momentum_map = turn_from_target(
                         load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i)),
-                        load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i),
+                        load4(w, target_orientation_at(ni, rod, step, i)),
                     )
                     moment = momentum_map.transpose() @ (2.0 * inertia * im)
                     if code == Parameter.LINEAR_DENSITY:
@@ -169,7 +173,7 @@ def parameter_derivatives(
                     if knots > 1:
                         coordinate = ti.cast((j + 1 - first_edge) * (knots - 1), ti.f64) / edges
                         share = ti.max(0.0, 1.0 - ti.abs(coordinate - knot))
-                    effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
+                    effective = effective_bend_at(ni, rod, step, j)
                     moment = load3(w, effective + EffectiveBend.STIFFNESS) * (
                         u - load3(w, effective + EffectiveBend.REST)
                     )
@@ -205,5 +209,5 @@ def parameter_derivatives(
                     )
                     add_parameter_derivative(ni, w, rod, p, 2 * j + 3, jacobian @ moment)
     else:
-        result = inertia_derivatives(ni, w, w33, w36, task, rod, step, arg, real)
+        result = inertia_derivatives(ni, w, w33, task, rod, step, arg, real)
     return result

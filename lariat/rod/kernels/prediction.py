@@ -10,7 +10,15 @@ the chart of its last orientation: q^ = q1 exp(sum_k share_k log(conj(q1) q_(t-k
 
 import taichi as ti
 
-from lariat.rod.kernels.addressing import orientation_at, position_at, scalar, time_at
+from lariat.rod.kernels.addressing import (
+    effective_bend_at,
+    orientation_at,
+    position_at,
+    scalar,
+    target_orientation_at,
+    target_position_at,
+    time_at,
+)
 from lariat.rod.kernels.memory import load3, load4, store
 from lariat.rod.kernels.newton_update import apply_step
 from lariat.rod.kernels.rotations import exponential, logarithm, quaternion_product, rotation_matrix
@@ -21,10 +29,9 @@ from lariat.rod.kernels.step_terms import (
     step_times,
     target_share,
 )
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
-    EFFECTIVE_BEND_WIDTH,
     HISTORY_SLOTS,
     EffectiveBend,
     Header,
@@ -39,7 +46,6 @@ def inertial_targets(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -60,7 +66,7 @@ def inertial_targets(
             for back in range(1, ni[Header.HISTORY] + 1):
                 share = target_share(ni, w, rod, step, back, carry)
                 target += share * load3(w, position_at(ni, rod, step + HISTORY_SLOTS - back, i))
-            store(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i, target)
+            store(w, target_position_at(ni, rod, step, i), target)
         for i in range(n - 1):
             rotation = ti.Vector([0.0, 0.0, 0.0])
             for back in range(2, ni[Header.HISTORY] + 1):
@@ -68,7 +74,7 @@ def inertial_targets(
                 rotation += share * logarithm(past_rotation(ni, w, rod, step, i, back))
             q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, i))
             target = quaternion_product(q1, exponential(rotation))
-            store(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i, target)
+            store(w, target_orientation_at(ni, rod, step, i), target)
         rate = internal_rate(ni, w, rod, step)
         damped = rate > 0.0 or ni[Header.PARAMETERS] > 0
         for j in range(n - 2):
@@ -79,12 +85,12 @@ def inertial_targets(
                     u, _jacobian, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS - back, j)
                     before += share * u
             bend = rod + ni[Section.BENDS] + 6 * j
-            to = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
+            to = effective_bend_at(ni, rod, step, j)
             store(w, to + EffectiveBend.STIFFNESS, (1.0 + rate) * load3(w, bend))
             store(w, to + EffectiveBend.REST, (load3(w, bend + 3) + rate * before) / (1.0 + rate))
             store(w, to + EffectiveBend.DAMPED_FROM, before)
     else:
-        result = apply_step(ni, w, w33, w36, task, rod, step, arg, real)
+        result = apply_step(ni, w, w33, task, rod, step, arg, real)
     return result
 
 
@@ -93,7 +99,6 @@ def predict(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -115,7 +120,7 @@ def predict(
         previous = ti.Vector([0.0, 0.0, 0.0])
         for i in range(n):
             x1 = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i))
-            displacement = load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i) - x1
+            displacement = load3(w, target_position_at(ni, rod, step, i)) - x1
             largest_displacement = ti.max(largest_displacement, displacement.norm())
             if i > 0:
                 strain = ti.max(strain, (displacement - previous).norm())
@@ -127,11 +132,11 @@ def predict(
             share = 1.0
         for i in range(n):
             x1 = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i))
-            x = x1 + share * (load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i) - x1)
+            x = x1 + share * (load3(w, target_position_at(ni, rod, step, i)) - x1)
             store(w, position_at(ni, rod, step + HISTORY_SLOTS, i), x)
         for i in range(n - 1):
             q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, i))
-            target = load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i)
+            target = load4(w, target_orientation_at(ni, rod, step, i))
             q = q1 + share * (target - q1)
             store(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i), q)
             edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i + 1)) - load3(
@@ -140,5 +145,5 @@ def predict(
             d3 = rotation_matrix(q1) @ ti.Vector([0.0, 0.0, 1.0])
             store(w, rod + ni[Section.TENSIONS] + 3 * i, stretch * (edge / length - d3))
     else:
-        result = inertial_targets(ni, w, w33, w36, task, rod, step, arg, real)
+        result = inertial_targets(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -15,12 +15,20 @@ indefinite Hessian is evaluated again without its negative parts, then with a gr
 import taichi as ti
 
 from lariat.rod.kernels.addressing import scalar, sensitivity_columns_at
+from lariat.rod.kernels.adjoint import adjoint as run_task
 from lariat.rod.kernels.history import start_history, write_final_velocities
 from lariat.rod.kernels.memory import add, load3
-from lariat.rod.kernels.sensitivities import grip_sensitivities as run_task
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Derivatives, HessianPart, Phase, Task
-from lariat.rod.launch.layout import HISTORY_SLOTS, REPORT_WIDTH, Header, ReportRow, Scalar, Section
+from lariat.rod.launch.layout import (
+    GROUP_COLUMNS,
+    HISTORY_SLOTS,
+    REPORT_WIDTH,
+    Header,
+    ReportRow,
+    Scalar,
+    Section,
+)
 
 MAX_CHORD_STEP = 0.003
 """Largest step of Newton's method, in edges, after which the next one takes its factors [-]. After
@@ -28,30 +36,28 @@ longer ones the edges have turned, and their stretch is too stiff for the old fa
 
 
 @ti.kernel
-def roll_out(ni: Integers, w: Doubles, w33: Matrices33, w36: Matrices36, batch: ti.i32):
+def roll_out(ni: Integers, w: Doubles, w33: Matrices33, batch: ti.i32):
     """Roll out every rod of a batch, with the derivatives that the header names."""
     ti.loop_config(serialize=True)
     for b in range(batch):
         rod = b * ni[Header.STRIDE]
         start_history(ni, w, rod)
-        advance(ni, w, w33, w36, rod)
+        advance(ni, w, w33, rod)
         write_final_velocities(ni, w, rod)
 
 
 @ti.kernel
-def roll_out_side_by_side(
-    ni: Integers, w: Doubles, w33: Matrices33, w36: Matrices36, batch: ti.i32
-):
+def roll_out_side_by_side(ni: Integers, w: Doubles, w33: Matrices33, batch: ti.i32):
     """Roll out every rod of a batch in a thread of its own, with the derivatives of the header."""
     for b in range(batch):
         rod = b * ni[Header.STRIDE]
         start_history(ni, w, rod)
-        advance(ni, w, w33, w36, rod)
+        advance(ni, w, w33, rod)
         write_final_velocities(ni, w, rod)
 
 
 @ti.func
-def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.template(), rod):
+def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
     """Solve every step from the end of the last, then carry the adjoint back.
 
     Plain Newton steps come first: the fastest, and nearly always enough. Where they diverge, the
@@ -113,7 +119,10 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
             arg = HessianPart.NONE
         if task == Task.EDGE_ENERGY and phase == Phase.FINAL_HESSIAN:
             arg = HessianPart.TRUE
-        if task == Task.APPLY_STEP:
+        if task == Task.ACCEPT_ITERATE:
+            arg = line_search
+        elif task == Task.APPLY_STEP:
+            arg = line_search
             real = share
         elif task == Task.MOVE_GRIPS:
             arg = grips_moved
@@ -124,20 +133,19 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
             if backward == 1:
                 arg = adjoint_step
         elif task == Task.SUBTRACT_SELF_CONTACT_COUPLINGS or task == Task.SOLVE_AGAIN:
-            arg = sensitivity_columns_at(ni, rod, step, column // 6)[0] + column % 6
-            real = 6.0
+            arg = sensitivity_columns_at(ni, rod, column // GROUP_COLUMNS)[0]
+            arg += column % GROUP_COLUMNS
+            real = GROUP_COLUMNS
         elif task == Task.SOLVE_EXACTLY or task == Task.FOLD_SELF_CONTACTS:
             arg = adjoint_step
             real = 1.0
             if backward == 0:
-                arg = sensitivity_columns_at(ni, rod, step, 0)[0]
-                real = 6.0
-        value = run_task(ni, w, w33, w36, task, rod, step, arg, real)
+                arg = sensitivity_columns_at(ni, rod, 0)[0]
+                real = GROUP_COLUMNS
+        value = run_task(ni, w, w33, task, rod, step, arg, real)
         check_progress = 0
         if phase == Phase.DERIVATIVES:
-            if task == Task.INERTIAL_TARGETS:
-                task = Task.INERTIA_DERIVATIVES
-            elif task == Task.INERTIA_DERIVATIVES:
+            if task == Task.INERTIA_DERIVATIVES:
                 forces = ti.select(self_contact, Task.SELF_CONTACT, Task.PARAMETER_DERIVATIVES)
                 task = ti.select(contact_forces_wanted, Task.OBSTACLE_CONTACT, forces)
             elif task == Task.OBSTACLE_CONTACT:
@@ -164,7 +172,7 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
                 task = Task.SUBTRACT_SELF_CONTACT_COUPLINGS
                 if backward == 1:
                     task = Task.FOLD_SELF_CONTACTS
-                elif column == 6 * sensitivity_columns_at(ni, rod, step, 0)[1]:
+                elif column == GROUP_COLUMNS * sensitivity_columns_at(ni, rod, 0)[1]:
                     task = Task.WRITE_SENSITIVITIES
             elif task == Task.SOLVE or task == Task.FOLD_SELF_CONTACTS:
                 task = Task.ADJOINT
@@ -351,7 +359,7 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
             if backward == 1:
                 task = Task.DONE
                 if step >= 0:
-                    task = Task.INERTIAL_TARGETS
+                    task = Task.INERTIA_DERIVATIVES
                     adjoint_step = (
                         rod + ni[Section.ADJOINT] + 3 * (2 * n - 1) * (step + HISTORY_SLOTS)
                     )

@@ -4,9 +4,11 @@ Conventions are those of `lariat.geometry.poses`. The functions have no branches
 inlined into real functions (see the package).
 """
 
+from math import factorial, pi
+
 import taichi as ti
 
-LOG_FACTOR, JACOBIAN_COEFFICIENT, JACOBIAN_COEFFICIENT_DERIVATIVE = range(3)
+LOG_FACTOR, JACOBIAN_COEFFICIENT, JACOBIAN_COEFFICIENT_DERIVATIVE, SINE, COSINE = range(5)
 """Places of the polynomials in `POLYNOMIALS`."""
 # fmt: off
 POLYNOMIALS = (
@@ -38,13 +40,17 @@ POLYNOMIALS = (
         -0.0001285963214149807, 5.4990745659375256e-05, -1.4545531400955639e-05,
         1.81876076201023e-06,
     ),
+    # sin(x) / x and cos(x), in z = x^2
+    tuple((-1) ** k / factorial(2 * k + 1) for k in range(12)),
+    tuple((-1) ** k / factorial(2 * k) for k in range(12)),
 )
 # fmt: on
-"""Coefficients of polynomials in z = 1 - cos(t / 2), lowest order first.
+"""Coefficients of polynomials, lowest order first: the first three in z = 1 - cos(t / 2).
 
-They are exact to rounding for angles t up to half a turn, where all three functions are smooth in
+Those are exact to rounding for angles t up to half a turn, where all three functions are smooth in
 z up to z = 1. Interpolated at Chebyshev nodes with 60 digits. They replace the arctangent, which
 would take a fifth of the time of a roll-out, and roots and quotients, which would take a tenth.
+Sine and cosine are exact to rounding for x up to a quarter of a turn.
 """
 
 
@@ -95,13 +101,21 @@ def rotated(q, phi):
 
 
 @ti.func
+def half_angle(t2):
+    """sin(t / 2) / t and cos(t / 2) of an angle t, from its square."""
+    half = 0.5 * ti.sqrt(t2)
+    turns = ti.floor(half * (1.0 / pi) + 0.5)
+    x = half - pi * turns
+    sign = 1.0 + 4.0 * ti.floor(0.5 * turns) - 2.0 * turns
+    s = 0.5 * ti.select(turns == 0.0, 1.0, x / ti.max(half, 1.0))
+    sine, cosine = evaluate_polynomial(x * x, SINE), evaluate_polynomial(x * x, COSINE)
+    return sign * s * sine, sign * cosine
+
+
+@ti.func
 def exponential(y):
     """Unit quaternion of a rotation vector."""
-    t2 = y.dot(y)
-    t = ti.sqrt(ti.max(t2, 1e-6))
-    small = t2 < 1e-6
-    s = ti.select(small, 0.5 - t2 / 48.0, ti.sin(0.5 * t) / t)
-    c = ti.select(small, 1.0 - t2 / 8.0, ti.cos(0.5 * t))
+    s, c = half_angle(y.dot(y))
     return ti.Vector([c, s * y[0], s * y[1], s * y[2]])
 
 
@@ -124,11 +138,11 @@ def log_coefficients(u):
 
 @ti.func
 def evaluate_polynomial(z, which: ti.template()):
-    """Polynomial `which` at z in [0, 1], as five short sums that run in parallel."""
+    """Polynomial `which` at z, as short sums that run in parallel."""
     z2 = z * z
     z4 = z2 * z2
     total = 0.0
-    for k in ti.static(range(16, -1, -4)):
+    for k in ti.static(range(len(POLYNOMIALS[which]) - 4, -1, -4)):
         low = POLYNOMIALS[which][k] + POLYNOMIALS[which][k + 1] * z
         high = POLYNOMIALS[which][k + 2] + POLYNOMIALS[which][k + 3] * z
         total = total * z4 + (low + z2 * high)
@@ -150,9 +164,8 @@ def left_jacobian_inverse(y, c):
 def left_jacobian(y):
     """J_l(y): exp(y + dy) = exp(J_l(y) dy) exp(y); its transpose is the right one."""
     t2 = y.dot(y)
-    t = ti.sqrt(ti.max(t2, 1e-4))
-    small = t2 < 1e-4
-    a = ti.select(small, 0.5 + t2 * (-1 / 24 + t2 / 720), (1.0 - ti.cos(t)) / (t * t))
-    b = ti.select(small, 1 / 6 + t2 * (-1 / 120 + t2 / 5040), (t - ti.sin(t)) / (t * t * t))
+    s, c = half_angle(t2)
+    series = 1 / 6 + t2 * (-1 / 120 + t2 / 5040)
+    b = ti.select(t2 < 1e-4, series, (1.0 - 2.0 * s * c) / ti.max(t2, 1e-4))
     k = cross_matrix(y)
-    return ti.Matrix.identity(ti.f64, 3) + a * k + b * (k @ k)
+    return ti.Matrix.identity(ti.f64, 3) + (2.0 * s * s) * k + b * (k @ k)

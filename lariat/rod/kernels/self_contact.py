@@ -13,7 +13,7 @@ from lariat.rod.kernels.addressing import position_at, scalar
 from lariat.rod.kernels.banded_factorization import factorize
 from lariat.rod.kernels.contact_penalty import contact_penalty
 from lariat.rod.kernels.memory import add, load3, store
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     HISTORY_SLOTS,
@@ -31,7 +31,6 @@ def self_contacts(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -138,5 +137,5 @@ def self_contacts(
         w[head + 1] = unplaced
         result = total
     else:
-        result = factorize(ni, w, w33, w36, task, rod, step, arg, real)
+        result = factorize(ni, w, w33, task, rod, step, arg, real)
     return result

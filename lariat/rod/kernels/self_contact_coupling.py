@@ -5,6 +5,7 @@ The counterpart of H_fd in `grips`, for the part of the Hessian that is not in t
 
 import taichi as ti
 
+from lariat.rod.kernels.addressing import unknown_at
 from lariat.rod.kernels.banded_solve import solve
 from lariat.rod.kernels.memory import load3
 from lariat.rod.kernels.self_contact_hessian import (
@@ -12,7 +13,7 @@ from lariat.rod.kernels.self_contact_hessian import (
     normal_separation,
     subtract_at_nodes,
 )
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     SELF_CONTACT_HEAD,
@@ -28,7 +29,6 @@ def fold_self_contacts(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -51,7 +51,7 @@ def fold_self_contacts(
         entries = rod + ni[Section.SELF_CONTACTS] + SELF_CONTACT_HEAD
         for k in range(width):
             free = k >= 3 * ni[Header.FIRST_FREE] and k < 3 * ni[Header.END_FREE]
-            w[moves + k] = ti.select(free == from_free, w[arg + stride * k], 0.0)
+            w[moves + k] = ti.select(free == from_free, w[unknown_at(arg, stride, k)], 0.0)
             w[to + k] = 0.0
         for a in range(ti.cast(w[rod + ni[Section.SELF_CONTACTS]], ti.i32)):
             entry = entries + SELF_CONTACT_WIDTH * a
@@ -63,7 +63,7 @@ def fold_self_contacts(
         for k in range(width):
             free = k >= 3 * ni[Header.FIRST_FREE] and k < 3 * ni[Header.END_FREE]
             if free != from_free:
-                w[arg + stride * k] = w[arg + stride * k] + w[to + k]
+                w[unknown_at(arg, stride, k)] = w[unknown_at(arg, stride, k)] + w[to + k]
     else:
-        result = solve(ni, w, w33, w36, task, rod, step, arg, real)
+        result = solve(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -29,7 +29,7 @@ from lariat.rod.kernels.step_terms import (
     step_times,
     target_share,
 )
-from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import HISTORY_SLOTS, Header, Section, TimeRow
 
@@ -39,7 +39,6 @@ def inertia_derivatives(
     ni: Integers,
     w: Doubles,
     w33: Matrices33,
-    w36: Matrices36,
     task: ti.i32,
     rod: ti.i32,
     step: ti.i32,
@@ -94,5 +93,5 @@ def inertia_derivatives(
         for k in range(3 * (2 * n - 1)):
             w[rod + ni[Section.GRADIENT] + k] = 0.0
     else:
-        result = subtract_couplings(ni, w, w33, w36, task, rod, step, arg, real)
+        result = subtract_couplings(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -5,7 +5,13 @@ They are inlined into real functions, and therefore have no branches.
 
 import taichi as ti
 
-from lariat.rod.kernels.addressing import orientation_at, position_at, scalar, time_at
+from lariat.rod.kernels.addressing import (
+    orientation_at,
+    position_at,
+    scalar,
+    target_orientation_at,
+    time_at,
+)
 from lariat.rod.kernels.memory import load3, load4
 from lariat.rod.kernels.rotations import (
     cross_matrix,
@@ -125,7 +131,7 @@ def inertia_coupling(ni: ti.template(), w: ti.template(), rod, step, i):
     inertia = weighted_inertia(ni, w, rod, weight)
     im, momentum_map = turn_from_target(
         load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i)),
-        load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i),
+        load4(w, target_orientation_at(ni, rod, step, i)),
     )
     momentum = 2.0 * inertia * im
     coupling = cross_matrix(momentum)

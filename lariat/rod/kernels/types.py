@@ -1,7 +1,6 @@
 """Types of the arrays that every real function takes.
 
-The three arrays of doubles are one: it is passed a second time as 3x3 matrices and a third time as
-3x6 matrices, row by row.
+The two arrays of doubles are one: it is passed a second time as 3x3 matrices, row by row.
 """
 
 import taichi as ti
@@ -9,4 +8,3 @@ import taichi as ti
 Integers = ti.types.ndarray(dtype=ti.i32, ndim=1)
 Doubles = ti.types.ndarray(dtype=ti.f64, ndim=1)
 Matrices33 = ti.types.ndarray(dtype=ti.types.matrix(3, 3, ti.f64), ndim=1)
-Matrices36 = ti.types.ndarray(dtype=ti.types.matrix(3, 6, ti.f64), ndim=1)

@@ -79,12 +79,10 @@ def kernel_arrays(
     Int32[np.ndarray, "k"],
     Float64[np.ndarray, "m"],
     Float64[np.ndarray, "u 3 3"],
-    Float64[np.ndarray, "v 3 6"],
 ]:
     """Return the arrays that the rod's kernel takes: the doubles are also passed as matrices."""
     as33 = doubles[: len(doubles) // 9 * 9].reshape(-1, 3, 3)
-    as36 = doubles[: len(doubles) // 18 * 18].reshape(-1, 3, 6)
-    return integers, doubles, as33, as36
+    return integers, doubles, as33
 
 
 class BufferPool:

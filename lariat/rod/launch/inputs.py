@@ -18,6 +18,8 @@ from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.grip_edges import with_grips
 from lariat.rod.launch.kernel_launch import allocate
 from lariat.rod.launch.layout import (
+    COLUMNS_WIDTH,
+    GROUP_COLUMNS,
     HISTORY_SLOTS,
     MODEL_HEADER,
     OBSTACLE_WIDTH,
@@ -131,7 +133,7 @@ def prepare(
         len(rows),
         len(request.parameters),
         len(directions[0].positions) if directions else 0,
-        2 * blocks if request.with_actions else 0,
+        blocks if request.with_actions else 0,
         request.kinds,
         history,
         min(MAX_SELF_CONTACTS, SELF_CONTACTS_PER_NODE * model.node_count)
@@ -203,7 +205,6 @@ def _write_derivative_inputs(
     h: float,
 ) -> None:
     if request.kinds & Derivatives.SENSITIVITIES:
-        buffers.section(Section.SENSITIVITIES)[:] = 0.0
         for b, (state, along) in enumerate(zip(states, request.directions or (), strict=False)):
             _write_directions(buffers, b, state, along, h)
     if request.kinds & Derivatives.ADJOINT:
@@ -222,7 +223,7 @@ def _write_adjoint_seed(
             f"d_cost_d_positions must be ({sizes.horizon} steps, {nodes} nodes, 3), got "
             f"shape {cost.shape[1:]}"
         )
-    if not np.isfinite(cost).all():
+    if not math.isfinite(np.vdot(cost, cost)):
         raise ValueError("d_cost_d_positions must be finite")
     sums, seed = buffers.once(_adjoint_places)
     sums[:] = 0.0
@@ -244,8 +245,8 @@ def _write_directions(
 ) -> None:
     """Write directions into the sensitivities of the initial state and of the time before it."""
     n, sizes = buffers.sizes.nodes, buffers.sizes
-    groups = -(-sizes.state_directions // 6)
-    tail = np.zeros((6 * groups, HISTORY_SLOTS, 2 * n, 3))
+    groups = -(-sizes.state_directions // GROUP_COLUMNS)
+    tail = np.zeros((GROUP_COLUMNS * groups, HISTORY_SLOTS, 2 * n, 3))
     new, old = tail[: sizes.state_directions, -1], tail[: sizes.state_directions, 0]
     new[:, ::2] = with_grips(along.positions, sizes.clamps)
     old[:, ::2] = with_grips(along.positions - h * along.velocities, sizes.clamps)
@@ -255,10 +256,13 @@ def _write_directions(
     new[:, 1:-1:2] = poses.rotate(back, along.rotations)
     old[:, 1:-1:2] = poses.rotate(back, along.rotations - h * rotated_by)
     tail[:, 1:-1] = tail[:, :1]
-    rows = tail[:, :, :-1].reshape(groups, 6, HISTORY_SLOTS, 2 * n - 1, 3)
-    rows = rows.transpose(0, 2, 3, 4, 1).reshape(groups, HISTORY_SLOTS, -1)
-    columns = buffers.section(Section.SENSITIVITIES)[b].reshape(sizes.columns, -1, rows.shape[2])
-    columns[-groups:, :HISTORY_SLOTS] = rows
+    rows = tail[:, :, :-1].reshape(groups, GROUP_COLUMNS, HISTORY_SLOTS, 2 * n - 1, 3)
+    rows = rows.transpose(0, 3, 2, 4, 1).reshape(groups, 2 * n - 1, HISTORY_SLOTS, -1)
+    columns = buffers.section(Section.SENSITIVITIES)[b].reshape(
+        sizes.columns, 2 * n - 1, -1, COLUMNS_WIDTH
+    )
+    # The latest solve comes first.
+    columns[-groups:, :, :HISTORY_SLOTS] = rows[:, :, ::-1]
 
 
 def pack_constants(model: ImplicitRodModel) -> Constants:

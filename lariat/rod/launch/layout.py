@@ -71,7 +71,7 @@ class Header(IntEnum):
     STATE_DIRECTIONS = auto()
     """Directions of the initial state that sensitivities are carried along."""
     ACTION_GROUPS = auto()
-    """Groups of six sensitivities to actions: two for each block, or none."""
+    """Groups of sensitivities to actions: one for each block, or none."""
     DERIVATIVES = auto()
     """`Derivatives` that are computed."""
     MAX_SELF_CONTACTS = auto()
@@ -95,13 +95,15 @@ class Section(IntEnum):
     POSITIONS = auto()
     ORIENTATIONS = auto()
     TARGET_POSITIONS = auto()
-    """Positions to which inertia alone would lead; after the launch, the last velocities."""
+    """Positions to which inertia alone would lead, in every solve if the adjoint is computed; after
+    the launch, the last velocities."""
     TARGET_ORIENTATIONS = auto()
     TARGET_DERIVATIVES = auto()
     """Derivative of the moments of inertia with respect to the share of velocity that is kept."""
     TENSIONS = auto()
     """Stretch forces of the mixed Newton method; after the launch, the last angular velocities."""
     ACCEPTED_POSITIONS = auto()
+    """Iterate from which a line search starts."""
     ACCEPTED_ORIENTATIONS = auto()
     HESSIAN = auto()
     """Hessian, then its factors; those of every solve if the adjoint is computed."""
@@ -249,9 +251,17 @@ EFFECTIVE_BEND_WIDTH = 9
 """Numbers of an `EffectiveBend`."""
 HESSIAN_WIDTH = 27
 """Numbers of a row of blocks of the Hessian."""
-MATRIX_WIDTH = 18
-"""Numbers of a 3x6 matrix, at a multiple of which sections of matrices start: the array of doubles
-is also read as one of 3x6 matrices, and of 3x3 matrices."""
+GROUP_COLUMNS = 12
+"""Columns of forward sensitivities that are carried on together: those of a block's actions at both
+ends, three vectors of four lanes."""
+COLUMNS_WIDTH = 3 * GROUP_COLUMNS
+"""Numbers of a block of unknowns in a group of columns, row by row."""
+COLUMNS_STRIDE = (HISTORY_SLOTS + 2) * COLUMNS_WIDTH
+"""Numbers of a block in the section of sensitivities: its rows after the last solve and after each
+of `HISTORY_SLOTS` earlier ones, and a sum. Their distances are constants, for the sake of lanes."""
+MATRIX_WIDTH = 9
+"""Numbers of a 3x3 matrix, at a multiple of which sections of matrices start: the array of doubles
+is also read as one of 3x3 matrices."""
 SELF_CONTACT_WIDTH = 14
 """Numbers of a `SelfContact`."""
 REPORT_WIDTH = 4

@@ -11,6 +11,7 @@ from jaxtyping import Float64, Int32
 
 from lariat.machine_code import library
 from lariat.machine_code.kernel_source import KernelSource
+from lariat.rod.launch.layout import MATRIX_WIDTH
 
 Kernel = Callable[[Int32[np.ndarray, "k"], Float64[np.ndarray, "m"], int], Callable[[], object]]
 """Function of the two arrays of `layout` and the number of rods, which returns their launch."""
@@ -34,8 +35,6 @@ class _Arguments(ctypes.Structure):
         ("doubles", ctypes.c_void_p),
         ("matrix33_count", ctypes.c_int32),
         ("matrices33", ctypes.c_void_p),
-        ("matrix36_count", ctypes.c_int32),
-        ("matrices36", ctypes.c_void_p),
         ("rod_count", ctypes.c_int32),
     )
 
@@ -57,9 +56,7 @@ def kernel() -> Kernel | None:
             integers.ctypes.data,
             size,
             address,
-            size // 9,
-            address,
-            size // 18,
+            size // MATRIX_WIDTH,
             address,
             count,
         )

@@ -11,7 +11,7 @@ from jaxtyping import Float64
 from lariat.geometry import poses
 from lariat.rod.launch.buffers import LaunchBuffers
 from lariat.rod.launch.grip_edges import fold_grips
-from lariat.rod.launch.layout import HISTORY_SLOTS, ReportRow, Section, TimeRow
+from lariat.rod.launch.layout import GROUP_COLUMNS, HISTORY_SLOTS, ReportRow, Section, TimeRow
 from lariat.rod.launch.sizes import Sizes
 from lariat.rod.results import Gradient, Linearization, Rollout, StateGradient
 from lariat.rod.so3 import left_jacobian
@@ -52,7 +52,7 @@ def _results(buffers: LaunchBuffers[Sizes]) -> tuple[Float64[np.ndarray, "B ..."
     return (
         buffers.section(Section.POSITIONS).reshape(batch, -1, n, 3)[:, ends, nodes],
         buffers.section(Section.ORIENTATIONS).reshape(batch, -1, n - 1, 4)[:, ends],
-        buffers.section(Section.TARGET_POSITIONS).reshape(batch, n, 3)[:, nodes],
+        buffers.section(Section.TARGET_POSITIONS).reshape(batch, -1, n, 3)[:, 0, nodes],
         buffers.section(Section.TENSIONS).reshape(batch, n - 1, 3),
         report[..., ReportRow.ITERATIONS],
         report[..., ReportRow.CONVERGED],
@@ -62,13 +62,13 @@ def _results(buffers: LaunchBuffers[Sizes]) -> tuple[Float64[np.ndarray, "B ..."
 def read_linearizations(buffers: LaunchBuffers[Sizes], length: float) -> list[Linearization]:
     """Return the roll-out of every rod of the batch with its forward sensitivities."""
     sizes = buffers.sizes
-    driven, blocks = 6 * sizes.action_groups, sizes.action_groups // 2
-    directions = driven + 6 * -(-sizes.parameters // 6)
+    driven = GROUP_COLUMNS * sizes.action_groups
+    directions = driven + GROUP_COLUMNS * sizes.parameter_groups
     found = []
     for b, rollout in enumerate(read_rollouts(buffers, length)):
         out = buffers.section(Section.SENSITIVITIES_OUT)[b]
         out = out.reshape(sizes.horizon, sizes.nodes, 3, -1)[:, sizes.rod_nodes]
-        actions = out[..., :driven].reshape(*out.shape[:3], blocks, 2, 6).copy()
+        actions = out[..., :driven].reshape(*out.shape[:3], sizes.action_groups, 2, 6).copy()
         parameters = out[..., driven : driven + sizes.parameters].copy()
         along = out[..., directions : directions + sizes.state_directions].copy()
         found.append(Linearization(rollout, actions, parameters, along))

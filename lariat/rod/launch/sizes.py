@@ -7,7 +7,10 @@ from typing import NamedTuple
 
 from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.layout import (
+    COLUMNS_STRIDE,
+    COLUMNS_WIDTH,
     EFFECTIVE_BEND_WIDTH,
+    GROUP_COLUMNS,
     HESSIAN_WIDTH,
     HISTORY_SLOTS,
     LANE_STRIDE,
@@ -25,8 +28,6 @@ MATRIX_SECTIONS = frozenset(
     {
         Section.HESSIAN,
         Section.INERTIA_COUPLINGS,
-        Section.SENSITIVITIES,
-        Section.PARAMETER_DERIVATIVES,
     }
 )
 """Sections that the kernel reads as matrices."""
@@ -46,7 +47,7 @@ class Sizes(NamedTuple):
     parameters: int
     state_directions: int
     action_groups: int
-    """Groups of six sensitivities to actions."""
+    """Groups of sensitivities to actions."""
     derivatives: Derivatives
     history: int
     """Number of earlier solves that enter one."""
@@ -61,9 +62,15 @@ class Sizes(NamedTuple):
         return slice(self.clamps[0], self.nodes - self.clamps[1])
 
     @property
+    def parameter_groups(self) -> int:
+        """Groups of columns of the parameters."""
+        return -(-self.parameters // GROUP_COLUMNS)
+
+    @property
     def columns(self) -> int:
-        """Groups of six columns of the forward sensitivities."""
-        return self.action_groups + -(-self.parameters // 6) + -(-self.state_directions // 6)
+        """Groups of columns of the forward sensitivities."""
+        steady = self.action_groups + self.parameter_groups
+        return steady + -(-self.state_directions // GROUP_COLUMNS)
 
 
 def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
@@ -82,8 +89,8 @@ def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
             Section.ACTIONS: 12 * sizes.action_blocks,
             Section.POSITIONS: 3 * n * (steps + HISTORY_SLOTS),
             Section.ORIENTATIONS: 4 * (n - 1) * (steps + HISTORY_SLOTS),
-            Section.TARGET_POSITIONS: 3 * n,
-            Section.TARGET_ORIENTATIONS: 4 * (n - 1),
+            Section.TARGET_POSITIONS: 3 * n * stored,
+            Section.TARGET_ORIENTATIONS: 4 * (n - 1) * stored,
             Section.TARGET_DERIVATIVES: 3 * (n - 1),
             Section.TENSIONS: 3 * (n - 1),
             Section.ACCEPTED_POSITIONS: 3 * n,
@@ -92,7 +99,7 @@ def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
             Section.GRADIENT: 3 * unknowns,
             Section.NEWTON_STEP: 3 * unknowns,
             Section.INERTIA_COUPLINGS: 9 * HISTORY_SLOTS * (n - 1),
-            Section.EFFECTIVE_BENDS: EFFECTIVE_BEND_WIDTH * (n - 2),
+            Section.EFFECTIVE_BENDS: EFFECTIVE_BEND_WIDTH * (n - 2) * stored,
             Section.BEND_JACOBIANS: 27 * (n - 2),
             Section.LANES: LANE_STRIDE * LANE_TERMS,
             Section.SELF_CONTACTS: SELF_CONTACT_HEAD + SELF_CONTACT_WIDTH * sizes.self_contacts,
@@ -100,9 +107,9 @@ def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
             Section.SELF_CONTACT_MATRIX: (sizes.self_contacts + 1) * sizes.self_contacts,
             Section.SELF_CONTACT_VECTORS: 9 * unknowns if sizes.self_contacts else 0,
             Section.REPORTS: REPORT_WIDTH * steps,
-            Section.SENSITIVITIES: forward * (HISTORY_SLOTS + 1) * 18 * unknowns * sizes.columns,
-            Section.SENSITIVITIES_OUT: forward * sizes.horizon * n * 18 * sizes.columns,
-            Section.PARAMETER_DERIVATIVES: 18 * unknowns * -(-sizes.parameters // 6),
+            Section.SENSITIVITIES: forward * COLUMNS_STRIDE * unknowns * sizes.columns,
+            Section.SENSITIVITIES_OUT: forward * sizes.horizon * n * COLUMNS_WIDTH * sizes.columns,
+            Section.PARAMETER_DERIVATIVES: COLUMNS_WIDTH * unknowns * sizes.parameter_groups,
             Section.ADJOINT: backward * 3 * unknowns * (steps + HISTORY_SLOTS),
             Section.COST_GRADIENT: backward * 3 * n * sizes.horizon,
             Section.ACTIONS_OUT: backward * 12 * sizes.action_blocks,

@@ -65,6 +65,18 @@ def test_clamps_hold_the_end_nodes_and_their_frames() -> None:
     assert np.allclose(poses.matrix(final.orientations[-1]), poses.matrix(q), atol=1e-12)
 
 
+@pytest.mark.parametrize("angle", [1e-5, 2.0, 4.0, 7.0, 12.0])
+def test_frames_follow_grips_that_turn_by_any_angle_in_a_step(angle: float) -> None:
+    rod = Rod(PROPERTIES, 12)
+    state = rod.straight((0.0, 0.0, 0.3), (1.0, 0.0, 0.3))
+    axis = np.array([0.6, 0.0, 0.8])
+    actions = np.zeros((1, 2, 6))
+    actions[:, :, 3:] = angle / 0.01 * axis
+    found = rod.rollout(RolloutSpec(state, actions, 0.01)).orientations[0, [0, -1]]
+    expected = poses.multiply(poses.exponential(angle * axis), state.orientations[[0, -1]])
+    np.testing.assert_allclose(found, expected, atol=1e-15)
+
+
 def test_a_yanked_rope_keeps_its_length() -> None:
     rod = Rod(PROPERTIES, 40)
     actions = np.zeros((20, 2, 6))

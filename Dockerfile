@@ -23,7 +23,7 @@ COPY services/__init__.py services/
 # Packages are installed before sources are copied, so that a change of a source builds nothing anew.
 # Editable, the stack is the folder /app on the path.
 FROM ${PYTHON_IMAGE} AS base
-ENV PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1 OMP_NUM_THREADS=1
+ENV PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1 OMP_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1
 RUN useradd --create-home --uid 1000 lariat \
  && mkdir -p /home/lariat/.cache /recordings /credentials \
  && chmod 700 /credentials \

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Sequence
+
 import zenoh
 
 from shared.bus.encoding import PROTOBUF_ENCODING
+from shared.bus.message_check import RawMessage
 from shared.messages import Message
 from shared.runtime.clock import Clock
 from shared.topics import Topic
@@ -14,7 +18,14 @@ from shared.version import MESSAGE_VERSION
 class Publisher:
     """Publisher of one topic."""
 
-    def __init__(self, session: zenoh.Session, topic: Topic, publisher: str, clock: Clock) -> None:
+    def __init__(
+        self,
+        session: zenoh.Session,
+        topic: Topic,
+        publisher: str,
+        clock: Clock,
+        taps: Sequence[deque[RawMessage]],
+    ) -> None:
         if topic.urgent:
             priority = zenoh.Priority.REAL_TIME
         else:
@@ -31,6 +42,7 @@ class Publisher:
         self._topic = topic
         self._name = publisher
         self._clock = clock
+        self._taps = taps
         self.sequence = 0
         """Number of the next message."""
 
@@ -51,6 +63,20 @@ class Publisher:
                 f"not {type(message).__name__}"
             )
         payload = message.SerializeToString(deterministic=True)
-        words = self.sequence, self._name, MESSAGE_VERSION, self._clock.now()
+        now = self._clock.now()
+        words = self.sequence, self._name, MESSAGE_VERSION, now
         self._publisher.put(payload, attachment=" ".join(map(str, words)))
+        for tap in self._taps:
+            tap.append(
+                RawMessage(
+                    key=self._topic.key,
+                    type=self._topic.type.DESCRIPTOR.full_name,
+                    payload=payload,
+                    publisher=self._name,
+                    sequence=self.sequence,
+                    received=now,
+                    version=MESSAGE_VERSION,
+                    published=now,
+                )
+            )
         self.sequence += 1

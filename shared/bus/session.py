@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -9,6 +10,7 @@ import zenoh
 
 from shared.bus.configuration import zenoh_configuration
 from shared.bus.lingering import close_at_once
+from shared.bus.message_check import RawMessage
 from shared.bus.options import BusError, BusOptions, Unreachable
 from shared.bus.publisher import Publisher
 from shared.bus.subscription import RawSubscription, Subscription
@@ -56,6 +58,8 @@ class Bus:
         self._session = session
         self._publisher = publisher
         self._clock = clock
+        self._taps: list[deque[RawMessage]] = []
+        """Own messages that subscriptions to all topics have not taken yet."""
 
     def publisher(self, topic: Topic) -> Publisher:
         """Return a publisher of one topic.
@@ -65,7 +69,7 @@ class Bus:
         """
         if "{" in topic.key:
             raise ValueError(f"topic {topic.key!r} has a placeholder; fill it with topic.at(name)")
-        return Publisher(self._session, topic, self._publisher, self._clock)
+        return Publisher(self._session, topic, self._publisher, self._clock, self._taps)
 
     def subscribe(
         self, topic: Topic, own: bool = True, arrived: Callable[[], object] | None = None
@@ -85,7 +89,8 @@ class Bus:
         Args:
             capacity: Number of unread messages that it keeps.
         """
-        return RawSubscription(self._session, self._clock, capacity)
+        self._taps.append(deque(maxlen=capacity))
+        return RawSubscription(self._session, self._clock, capacity, self._taps[-1])
 
     def declare_alive(self, service: str) -> None:
         """List this process in `alive` for as long as it is connected."""

@@ -119,14 +119,26 @@ class _Door:
 class RawSubscription(_Door):
     """Subscription to all topics of the cell; messages are checked, and returned as bytes."""
 
-    def __init__(self, session: zenoh.Session, clock: Clock, capacity: int) -> None:
-        super().__init__(session, "**", capacity, clock)
+    def __init__(
+        self, session: zenoh.Session, clock: Clock, capacity: int, own: deque[RawMessage]
+    ) -> None:
+        """
+        Args:
+            session: Session of this process.
+            clock: Clock of the times of receipt.
+            capacity: Number of unread messages that it keeps.
+            own: Messages of this process, which need neither check nor transport.
+        """
+        super().__init__(session, "**", capacity, clock, own=False)
+        self._own = own
         self._topics: dict[str, Topic] = {}
 
     def take(self) -> Iterator[RawMessage]:
-        """Yield the messages since the last call, in order of arrival."""
+        """Yield the messages since the last call in order of arrival, this process' first."""
+        for _ in range(len(self._own)):
+            yield self._own.popleft()
         # One at a time: images that wait in a list would take as much memory as the ring.
-        return (raw for raw in self._arrived() if self._is_valid(raw))
+        yield from (raw for raw in self._arrived() if self._is_valid(raw))
 
     def _is_valid(self, raw: RawMessage) -> bool:
         topic = self._topics.get(raw.key)

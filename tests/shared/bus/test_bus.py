@@ -234,6 +234,23 @@ def test_a_raw_subscription_gets_all_messages_of_its_own_cell_only(cell: Cell) -
     assert received[0].payload == chain.SerializeToString()
 
 
+def test_a_raw_subscription_gets_each_message_of_its_own_process_once(cell: Cell) -> None:
+    recorder = cell("recorder-0")
+    everything = recorder.subscribe_all()
+    publisher, other = (bus.publisher(topics.ROPE_TRUTH) for bus in (recorder, cell("sim-0")))
+    until(lambda: other.has_subscribers)
+    chain = NodeChain(stamp=3, positions=[1.0, 2.0, 3.0] * 2)
+    publisher.put(chain)
+    other.put(chain)
+    received = []
+    until(lambda: received.extend(everything.take()) or len(received) > 1)
+    assert [(r.key, r.type, r.publisher, r.sequence, r.payload) for r in received] == [
+        ("rope/truth", "lariat.NodeChain", name, 0, chain.SerializeToString())
+        for name in ("recorder-0", "sim-0")
+    ]
+    assert received[0].published == received[0].received > 0
+
+
 def test_a_wrong_type_is_not_sent(cell: Cell) -> None:
     publisher = cell("writer").publisher(topics.ROPE_NODES)
     with pytest.raises(TypeError, match=r"rope/nodes takes lariat\.NodeChain, not Health"):

@@ -145,8 +145,9 @@ class PathCheck:
         positions, orientations = path[..., :3], path[..., 3:]
         solved = solved_poses_of_stop(positions[1:]) if self.driven else []
         rows = [1 + k for k in solved]
+        checked = path[rows]
         for k, joints in self.joint_constraints:
-            joints.follow(positions[rows, k], orientations[rows, k])
+            joints.follow(checked[:, k, :3], checked[:, k, 3:])
             grip = Pose(state.positions[k], state.orientations[k])
             if joints.too_fast(grip, state.twists[k]):
                 return "joint_speed"

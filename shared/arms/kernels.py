@@ -265,8 +265,8 @@ def follow_path(
         spheres: Joint and centre of each sphere that covers a link [m].
         centres: Receives their centres in the world, for each row of the path in turn [m].
         singular_values: Receives the smallest singular value of the Jacobian for each row of the
-            path, exact below a value, and from there on a lower bound of as much; of an arm with up to
-            six joints.
+            path, exact below a value, and from there on a lower bound of as much; of an arm with
+            up to six joints.
         scratch: Memory; the first number becomes the count of grips that were solved.
         damping: Damping of the normal equations.
         step_limit: Largest change of a joint in one step [rad].

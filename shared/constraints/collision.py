@@ -118,9 +118,9 @@ class CollisionConstraint:
         Args:
             margin: Slack that is demanded beyond zero [m].
         """
-        if self.kernels is not None and len(radii):
-            if keeps_all(self._compiled_slacks(self.kernels, centres, radii), margin):
-                return None
+        kernels = self.kernels
+        if kernels and keeps_all(self._compiled_slacks(kernels, centres, radii), margin):
+            return None
         return first_broken(self.slacks(centres, radii, near), margin)
 
     def _compiled_slacks(

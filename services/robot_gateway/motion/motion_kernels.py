@@ -197,9 +197,7 @@ class CompiledTracker(ReferenceTracker):
             _write(rows, given)
         self._call(h, MAX_POSE_SPACING, GRIPPER_LEVER_ARM, LEAST_STOP_POSES)
         after = _state_of(self._wanted.copy())
-        stop = Stop(
-            after.twists, after.accelerations, self._jerks.copy(), self._durations.copy()
-        )
+        stop = Stop(after.twists, after.accelerations, self._jerks.copy(), self._durations.copy())
         poses, too_fast = self._results.tolist()
         return NextCommand(after, stop, self._path[: int(poses) + 1], too_fast != 0.0)
 

@@ -166,7 +166,8 @@ def exponential(rotation_vector: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndar
 def logarithm(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 3"]:
     """Return the rotation vector of a unit quaternion, of norm at most pi [rad]."""
     q = np.asarray(q)
-    q = np.where(q[..., :1] < 0.0, -q, q)
+    if (backwards := q[..., :1] < 0.0).any():
+        q = np.where(backwards, -q, q)
     vector = q[..., 1:]
     sine = np.sqrt(np.einsum("...i,...i->...", vector, vector))[..., None]
     angle = 2.0 * np.arctan2(sine, q[..., :1])

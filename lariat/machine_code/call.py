@@ -106,7 +106,7 @@ class CompiledKernel:
         """Return a call whose first arguments stay; the memory of arrays stays with it.
 
         Args:
-            arguments: The kernel's arguments, without the last ones, numbers that each run is given.
+            arguments: The kernel's arguments, without the numbers at its end that each run is given.
 
         Raises:
             TypeError: An argument is another one than the kernel takes, or an array lacks.
@@ -135,7 +135,7 @@ class CompiledKernel:
 
 
 class PreparedCall:
-    """Call of a kernel with arrays that stay: to hand them over takes longer than a short kernel."""
+    """Call of a kernel whose arrays stay: to hand them over takes longer than a short kernel."""
 
     def __init__(
         self, run: Callable[[], object], arguments: ctypes.Structure, names: tuple[str, ...]

@@ -30,13 +30,9 @@ class Blend:
         self._recent_states: dict[int, MotionState] = {}
         target = spline(now)
         back = poses.conjugate(target.orientations)
-        self.displacements: Vectors = np.stack(
-            [
-                origin.positions - target.positions,
-                poses.logarithm(poses.multiply(origin.orientations, back)),
-            ],
-            axis=1,
-        )
+        self.displacements: Vectors = np.empty(origin.twists.shape)
+        self.displacements[:, 0] = origin.positions - target.positions
+        self.displacements[:, 1] = poses.logarithm(poses.multiply(origin.orientations, back))
         """Initial mismatch in position and orientation [m, rad]."""
         self.twists = origin.twists - target.twists
         """Initial mismatch in velocity [m/s, rad/s]."""

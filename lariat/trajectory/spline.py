@@ -20,7 +20,6 @@ from lariat.geometry import poses
 from lariat.trajectory.chunk import NANOSECONDS, SetpointChunk
 from lariat.trajectory.state import MotionState
 
-
 SHORT_VECTOR = 0.5 * np.pi / np.sqrt(3.0)
 """Component up to which a rotation vector is shorter than a quarter turn [rad]."""
 

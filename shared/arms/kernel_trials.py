@@ -43,7 +43,7 @@ def follow_path() -> list[Trial]:
     chain = _chain()
     spheres = np.array([[0.0, 0.0, 0.1, 0.0], [2.0, 0.1, 0.0, 0.0], [5.0, 0.0, 0.0, 0.05]])
     found = []
-    for distance, count in ((0.01, 4), (2.0, 2), (0.0, 0)):
+    for distance, count, exact in ((0.01, 4, 0.01), (2.0, 2, 0.01), (0.0, 0, 9.0)):
         grips = np.zeros((count, 7))
         grips[:, :3] = np.array([0.45, 0.25, 0.3]) + distance * np.arange(count)[:, None]
         grips[:, 3:] = 0.5
@@ -53,5 +53,5 @@ def follow_path() -> list[Trial]:
         scratch = np.zeros(SCRATCH_SIZE)
         arrays = (chain, grips, path, spheres, centres, values, scratch)
         results = (centres, values, scratch[:1])
-        found.append(Trial((*arrays, 1e-8, 0.5, 1e-7, 30, count, count + 1), results))
+        found.append(Trial((*arrays, 1e-8, 0.5, 1e-7, 30, exact, count, count + 1), results))
     return found

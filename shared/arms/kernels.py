@@ -14,8 +14,6 @@ PLACEMENTS = 0
 """Offset of the placements of the joints in the root, in the scratch memory."""
 JACOBIAN = 144
 """Offset of the Jacobian's columns: six numbers a joint."""
-EXACT_SINGULAR_VALUE = 0.05
-"""Singular value from which on a lower bound serves [m/rad]; the arms' least one is 0.03."""
 NORMAL = 216
 """Offset of the normal equations, and of their right side behind them; or of the rotations by
 which the Jacobian's columns have become orthogonal."""
@@ -192,14 +190,14 @@ def column_square(k: ti.i32, scratch: ti.template()):
 
 
 @ti.func
-def smallest_singular_value(joints: ti.i32, scratch: ti.template()):
+def smallest_singular_value(joints: ti.i32, exact: ti.f64, scratch: ti.template()):
     """Return the smallest singular value of the Jacobian; a lower bound where that is large.
 
     It is at least the reciprocal of the inverse's Frobenius norm, which the Cholesky factor of the
     normal equations gives in a fraction of the time. Both overwrite scratch memory.
     """
     value = inverse_norm_bound(joints, scratch)
-    if value < EXACT_SINGULAR_VALUE:
+    if value < exact:
         orthogonalize(joints, scratch, False)
         least = 1e300
         for a in range(joints):
@@ -254,6 +252,7 @@ def follow_path(
     step_limit: ti.f64,
     tolerance: ti.f64,
     iterations: ti.i32,
+    exact: ti.f64,
     poses: ti.i32,
     rows: ti.i32,
 ):
@@ -266,13 +265,14 @@ def follow_path(
         spheres: Joint and centre of each sphere that covers a link [m].
         centres: Receives their centres in the world, for each row of the path in turn [m].
         singular_values: Receives the smallest singular value of the Jacobian for each row of the
-            path, exact below `EXACT_SINGULAR_VALUE` and else a lower bound; of an arm with up to
-            six joints.
+            path, exact below a value, and from there on a lower bound of as much; of an arm with
+            up to six joints.
         scratch: Memory; the first number becomes the count of grips that were solved.
         damping: Damping of the normal equations.
         step_limit: Largest change of a joint in one step [rad].
         tolerance: Error of a pose that is solved [m, rad].
         iterations: Most steps.
+        exact: Singular value from which on a lower bound serves [m/rad].
         poses: Number of poses of the grip; none where the path is given.
         rows: Number of rows of the path whose links and Jacobian are wanted.
     """
@@ -330,7 +330,7 @@ def follow_path(
                     for i in ti.static(range(3)):
                         centres[m * spheres.shape[0] + s, i] = at[i]
                 write_jacobian(chain, joints, one, flange_origin(chain, joints, scratch), scratch)
-                singular_values[m] = smallest_singular_value(joints, scratch)
+                singular_values[m] = smallest_singular_value(joints, exact, scratch)
         scratch[0] = ti.cast(solved, ti.f64)
 
 

@@ -292,7 +292,8 @@ class UrdfKinematics:
     ) -> Float64[np.ndarray, "m"]:
         """Return the smallest singular value of the Jacobian along a path of the joints [m/rad].
 
-        Of the path that the kernel followed last, values from 0.05 on are lower bounds.
+        Of the path that the kernel followed last, values from `EXACT_SINGULAR_VALUE` on are lower
+        bounds of as much.
         """
         if self._latest is not None and path is self._latest.joints:
             return self._latest.singular_values

@@ -32,6 +32,8 @@ SOURCES = (_source("follow_path"), _source("joint_speeds"))
 """Kernels of a path of the grip, and of the joint speeds for a twist of it."""
 SPEED_CUTOFF = 1e-6
 """Share of the largest singular value below which one counts as zero [-]."""
+EXACT_SINGULAR_VALUE = 0.05
+"""Singular value from which on a lower bound serves [m/rad], above the least that is permitted."""
 LEAST_ROOM = 64
 """Number of poses for which there is memory from the beginning."""
 MOST_JOINTS = 6
@@ -46,7 +48,8 @@ class ArmPath(NamedTuple):
     centres: Float64[np.ndarray, "m k 3"]
     """Centres of the spheres that cover the links, in the world [m]."""
     singular_values: Float64[np.ndarray, "m"]
-    """Smallest singular values of the Jacobian; from 0.05 on, lower bounds of as much [m/rad]."""
+    """Smallest singular values of the Jacobian; from `EXACT_SINGULAR_VALUE` on, lower bounds of
+    as much [m/rad]."""
 
 
 class PathKernel:
@@ -139,6 +142,7 @@ class PathKernel:
             self._values,
             self._scratch,
             *self._newton,
+            EXACT_SINGULAR_VALUE,
         )
 
     def _solved(

@@ -9,7 +9,8 @@ from lariat.geometry.obstacles import signed_distance
 from shared.constraints.gripper_kernel import LEAST_ROOM
 from shared.constraints.near_solids import NearSolids
 from shared.constraints.obstacle_scene import ObstacleScene
-from shared.constraints.slacks import Slacks
+from shared.constraints.rule import Rule
+from shared.constraints.slacks import Slacks, first_broken, keeps_all
 from shared.constraints.sphere_distance import distances
 from shared.constraints.sphere_kernels import SphereKernels, finite
 
@@ -104,6 +105,23 @@ class CollisionConstraint:
             "keep_out": self._solid_slack(centres, radii, near or NearSolids(surroundings=0.0)),
             "table": np.min(table, axis=0) if table else np.full(len(centres), np.inf),
         }
+
+    def broken(
+        self,
+        centres: Float64[np.ndarray, "m k 3"],
+        radii: Float64[np.ndarray, "k"],
+        near: NearSolids,
+        margin: float,
+    ) -> tuple[Rule, float] | None:
+        """Return the rule that spheres break along a path, and by how much; arguments as above [m].
+
+        Args:
+            margin: Slack that is demanded beyond zero [m].
+        """
+        kernels = self.kernels
+        if kernels and keeps_all(self._compiled_slacks(kernels, centres, radii), margin):
+            return None
+        return first_broken(self.slacks(centres, radii, near), margin)
 
     def _compiled_slacks(
         self,

@@ -91,9 +91,8 @@ class JointConstraints:
         joints = None if self.joints is None else self._solve(grip, self.joints)
         if joints is None:
             return True
-        return bool(
-            np.max(np.abs(self.kinematics.joint_speed(joints, velocity))) > self.joint_speed
-        )
+        speeds = np.abs(self.kinematics.joint_speed(joints, velocity))
+        return bool(speeds.max() > self.joint_speed)
 
     def follow(
         self, positions: Float64[np.ndarray, "m 3"], orientations: Float64[np.ndarray, "m 4"]
@@ -133,9 +132,10 @@ class JointConstraints:
         self.follow(positions[solved], orientations[solved])
         joints = self._followed
         if joints is not None and dt is not None:
-            steps = np.diff(np.array(solved)) * dt
+            rows = np.array(solved)
+            steps = (rows[1:] - rows[:-1]) * dt
             rates = np.abs(joints[2:] - joints[1:-1]) / steps[:, None]
-            excess = float(np.max(rates, initial=0.0)) - self.joint_speed
+            excess = float(rates.max(initial=0.0)) - self.joint_speed
             if excess > 0.0:
                 return "joint_speed", excess
         return self.broken_on_path(collision, margin)
@@ -160,8 +160,8 @@ class JointConstraints:
             "joint_limits": self._range_slack(path),
             "singularity": singularity_slack(self.kinematics, path),
         }
-        links = collision.slacks(self._links.centres, self._links.radii, self._near_solids)
-        return first_broken(slacks) or first_broken(links, margin)
+        links = self._links.centres, self._links.radii, self._near_solids
+        return first_broken(slacks) or collision.broken(*links, margin)
 
     def limit_slack(self, measured: Joints) -> Slacks:
         """Return the slack of the joint limits for the commanded and the measured joints [rad]."""

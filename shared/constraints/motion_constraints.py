@@ -197,7 +197,7 @@ class MotionConstraints:
             return self._kernel(positions, orientations, self.collision.scene).centres
         return positions[:, self._ends] + poses.rotate(orientations[:, self._ends], self._centres)
 
-    def gripper_spheres(self, end: int, centres: Float64[np.ndarray, "m k 3"]) -> Spheres:
+    def driven_spheres(self, end: int, centres: Float64[np.ndarray, "m k 3"]) -> Spheres:
         """Return the spheres that cover the gripper of a driven end.
 
         Args:
@@ -207,7 +207,7 @@ class MotionConstraints:
         columns = self._columns[end]
         return Spheres(centres[:, columns], self._radii[columns])
 
-    def placed_gripper(
+    def gripper_spheres(
         self,
         end: int,
         positions: Float64[np.ndarray, "m 3"],

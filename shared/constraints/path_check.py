@@ -20,7 +20,6 @@ from shared.constraints.path_densification import densified
 from shared.constraints.rule import Rule
 from shared.constraints.slacks import Slacks, first_broken
 from shared.constraints.spacing import BodySpacing
-from shared.constraints.sphere_distance import Spheres
 from shared.motion_contract import CHUNK_BOUNDARY_MARGIN
 
 MEASURED_TOLERANCE = 0.002
@@ -61,7 +60,7 @@ class PathCheck:
         self._positions = np.array([g.position for g in grips], dtype=float)
         self._orientations = np.array([g.orientation for g in grips], dtype=float)
         self._fixed_grippers = {
-            end: self.constraints.placed_gripper(
+            end: self.constraints.gripper_spheres(
                 end, self._positions[None, end], self._orientations[None, end]
             )
             for end in range(len(grips))
@@ -145,8 +144,9 @@ class PathCheck:
         positions, orientations = path[..., :3], path[..., 3:]
         solved = solved_poses_of_stop(positions[1:]) if self.driven else []
         rows = [1 + k for k in solved]
+        checked = path[rows]
         for k, joints in self.joint_constraints:
-            joints.follow(positions[rows, k], orientations[rows, k])
+            joints.follow(checked[:, k, :3], checked[:, k, 3:])
             grip = Pose(state.positions[k], state.orientations[k])
             if joints.too_fast(grip, state.twists[k]):
                 return "joint_speed"
@@ -252,12 +252,10 @@ class PathCheck:
             return None
         return first_broken({"spacing": self._spacing_slack(centres)}, margin)
 
-    def _spacing_slack(
-        self, centres: Float64[np.ndarray, "m k 3"]
-    ) -> Float64[np.ndarray, "m"]:
+    def _spacing_slack(self, centres: Float64[np.ndarray, "m k 3"]) -> Float64[np.ndarray, "m"]:
         """Return the slack of the distance between all bodies of both ends [m]; as above."""
         left, right = (
-            [self._fixed_grippers.get(end) or self.constraints.gripper_spheres(end, centres)]
+            [self._fixed_grippers.get(end) or self.constraints.driven_spheres(end, centres)]
             for end in range(2)
         )
         for k, joints in self.joint_constraints:

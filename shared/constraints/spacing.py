@@ -21,9 +21,7 @@ def grip_distances(positions: Float64[np.ndarray, "m 2 3"]) -> Float64[np.ndarra
     return np.linalg.norm(positions[:, 1] - positions[:, 0], axis=1)
 
 
-def body_spacing_slack(
-    left: Spheres, right: Spheres, keep_out: float
-) -> Float64[np.ndarray, "m"]:
+def body_spacing_slack(left: Spheres, right: Spheres, keep_out: float) -> Float64[np.ndarray, "m"]:
     """Return the slack of the distance between the bodies of both ends at m poses [m].
 
     Args:

@@ -93,9 +93,11 @@ class SetpointFollower:
         found = motion_kernels.compiled()
         if found is not None and self.driven:
             reference, command = found
-            self._spline = partial(motion_kernels.CompiledSpline, reference)
+            count = len(self.driven)
+            kernel = motion_kernels.ReferenceKernel(reference, count)
+            self._spline = partial(motion_kernels.CompiledSpline, kernel)
             self._blend = motion_kernels.CompiledBlend
-            self.tracker = motion_kernels.CompiledTracker(command, self.tracker, len(self.driven))
+            self.tracker = motion_kernels.CompiledTracker(command, self.tracker, count)
 
     @property
     def constraints(self) -> MotionConstraints:

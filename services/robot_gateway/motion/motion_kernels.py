@@ -22,6 +22,8 @@ from shared.constraints.path_densification import (
 )
 
 PACKAGE = "services.robot_gateway.motion"
+LEAST_ROOM = 64
+"""Number of points of a curve for which there is memory from the beginning."""
 
 
 def _source(function: str) -> KernelSource:
@@ -58,10 +60,58 @@ class PackedState(MotionState):
     """State of each grip."""
 
 
+class ReferenceKernel:
+    """Kernel of the states of curves, in memory that stays."""
+
+    def __init__(self, kernel: CompiledKernel, count: int) -> None:
+        """Prepare the kernel.
+
+        Args:
+            kernel: The kernel.
+            count: Number of grips.
+        """
+        self._kernel, self._count = kernel, count
+        self._curve: CompiledSpline | None = None
+        """Curve whose points are in the memory."""
+        self._make_room(LEAST_ROOM)
+
+    def __call__(
+        self, curve: CompiledSpline, now: int, fade: float = 1.0, duration: float = 1.0
+    ) -> MotionState:
+        """Return the state of a curve, with what is left of a mismatch.
+
+        Args:
+            curve: The curve.
+            now: Time on its clock [ns].
+            fade: Time since the transition began, as a fraction of its duration [-].
+            duration: Duration of the transition [s].
+        """
+        if curve is not self._curve:
+            if len(curve.points) > len(self._points):
+                self._make_room(2 * len(curve.points))
+            self._points[: len(curve.points)] = curve.points
+            self._first[:] = curve.first
+            self._curve = curve
+        self._mismatch[:] = curve.mismatch
+        self._call(
+            curve.count, curve.dt, (now - curve.start) * NANOSECONDS / curve.dt, fade, duration
+        )
+        return _state_of(self._rows.copy())
+
+    def _make_room(self, points: int) -> None:
+        """Make room for curves of so many points."""
+        count = self._count
+        self._points = np.zeros((points, count, 2, 3))
+        self._first, self._mismatch = np.zeros((count, 4)), np.zeros((count, 18))
+        self._rows = np.zeros((count, 19))
+        rows = self._points.reshape(-1, 6)
+        self._call = self._kernel.prepared(rows, self._first, self._mismatch, self._rows)
+
+
 class CompiledSpline(Spline):
     """Curve of a chunk."""
 
-    def __init__(self, kernel: CompiledKernel, chunk: SetpointChunk, start: int) -> None:
+    def __init__(self, kernel: ReferenceKernel, chunk: SetpointChunk, start: int) -> None:
         """Build the curve of a chunk of at least two poses.
 
         Args:
@@ -70,27 +120,12 @@ class CompiledSpline(Spline):
             start: Time of its first pose on the clock of the reader [ns].
         """
         super().__init__(chunk, start)
-        count = len(self.first)
-        points, first = self.points.reshape(-1, 6), np.ascontiguousarray(self.first)
-        self.mismatch = np.zeros((count, 18))
+        self.kernel = kernel
+        self.mismatch = np.zeros((len(self.first), 18))
         """Pose, twist and acceleration of each grip as a transition begins, less the curve's."""
-        self._rows = np.empty((count, 19))
-        arrays = points, first, self.mismatch, self._rows
-        self._call = kernel.prepared(*arrays, self.count, self.dt)
 
     def _state(self, now: int) -> MotionState:
-        return self.blended(now, 1.0, 1.0)
-
-    def blended(self, now: int, fade: float, duration: float) -> MotionState:
-        """Return the state with what is left of the mismatch.
-
-        Args:
-            now: Time on the clock of the reader [ns].
-            fade: Time since the transition began, as a fraction of its duration [-].
-            duration: Duration of the transition [s].
-        """
-        self._call((now - self.start) * NANOSECONDS / self.dt, fade, duration)
-        return _state_of(self._rows.copy())
+        return self.kernel(self, now)
 
 
 class CompiledBlend(Blend):
@@ -111,11 +146,11 @@ class CompiledBlend(Blend):
         """
         super().__init__(spline, origin, now, duration)
         parts = self.displacements, self.twists, self.accelerations
-        spline.mismatch[:] = np.concatenate(parts, axis=1).reshape(-1, 18)
+        spline.mismatch = np.concatenate(parts, axis=1).reshape(-1, 18)
 
     def _state(self, now: int) -> MotionState:
         fade = (now - self.now) * NANOSECONDS / self.duration
-        return self.spline.blended(now, fade, self.duration)
+        return self.spline.kernel(self.spline, now, fade, self.duration)
 
 
 class CompiledTracker(ReferenceTracker):
@@ -162,9 +197,7 @@ class CompiledTracker(ReferenceTracker):
             _write(rows, given)
         self._call(h, MAX_POSE_SPACING, GRIPPER_LEVER_ARM, LEAST_STOP_POSES)
         after = _state_of(self._wanted.copy())
-        stop = Stop(
-            after.twists, after.accelerations, self._jerks.copy(), self._durations.copy()
-        )
+        stop = Stop(after.twists, after.accelerations, self._jerks.copy(), self._durations.copy())
         poses, too_fast = self._results.tolist()
         return NextCommand(after, stop, self._path[: int(poses) + 1], too_fast != 0.0)
 

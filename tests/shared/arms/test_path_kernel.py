@@ -8,6 +8,8 @@ import pytest
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from shared.arms import path_kernel
+from shared.arms.path_kernel import EXACT_SINGULAR_VALUE
+from shared.constraints.singularity import MIN_SINGULAR_VALUE
 from shared.cr5.kinematics import Kinematics
 
 pytestmark = pytest.mark.skipif(path_kernel.compiled() is None, reason="needs an assembler")
@@ -25,7 +27,7 @@ def arms() -> tuple[Kinematics, Kinematics]:
     return plain, compiled
 
 
-def test_path_links_and_singularity_are_those_of_single_poses() -> None:
+def test_path_and_links_are_those_of_single_poses() -> None:
     plain, compiled = arms()
     rng = np.random.default_rng(0)
     rows = USUAL_JOINTS + np.cumsum(0.05 * rng.normal(size=(9, 6)), axis=0)
@@ -40,12 +42,42 @@ def test_path_links_and_singularity_are_those_of_single_poses() -> None:
     centres, radii = compiled.link_spheres(found)
     np.testing.assert_allclose(centres, plain.link_spheres(expected)[0], rtol=0.0, atol=1e-12)
     np.testing.assert_array_equal(radii, plain.link_spheres(expected)[1])
-    np.testing.assert_allclose(
-        compiled.smallest_singular_values(found),
-        plain.smallest_singular_values(expected),
-        rtol=0.0,
-        atol=1e-12,
-    )
+
+
+def test_singular_values_are_exact_where_they_are_small_and_bounded_elsewhere() -> None:
+    assert EXACT_SINGULAR_VALUE > MIN_SINGULAR_VALUE
+    plain, compiled = arms()
+    rng = np.random.default_rng(1)
+    exact = 0
+    for k in range(300):
+        joints = rng.uniform(-1.5, 1.5, 6)
+        # Wrist and elbow are singular at zero.
+        joints[4 if k % 2 else 2] = 10.0 ** rng.uniform(-9.0, 0.0)
+        grip = plain.grip(joints)
+        path = compiled.follow(grip.position[None], grip.orientation[None], joints)
+        assert path is not None
+        found = float(compiled.smallest_singular_values(path)[0])
+        expected = float(plain.smallest_singular_values(joints[None])[0])
+        if expected < EXACT_SINGULAR_VALUE:
+            exact += 1
+            assert abs(found - expected) < 1e-12
+        else:
+            assert min(0.4 * expected, EXACT_SINGULAR_VALUE) <= found <= expected + 1e-12
+    assert exact > 100
+
+
+def test_longer_paths_than_there_was_room_for_are_solved() -> None:
+    plain, compiled = arms()
+    rows = USUAL_JOINTS + np.linspace(0.0, 0.3, 150)[:, None]
+    grips = [plain.grip(row) for row in rows]
+    positions = np.array([grip.position for grip in grips])
+    orientations = np.array([grip.orientation for grip in grips])
+    for count in (2, 150, 3):
+        found = compiled.follow(positions[:count], orientations[:count], USUAL_JOINTS)
+        assert found is not None
+        np.testing.assert_allclose(found[1:], rows[:count], rtol=0.0, atol=1e-7)
+        centres = compiled.link_spheres(found)[0]
+        np.testing.assert_allclose(centres, plain.link_spheres(found)[0], rtol=0.0, atol=1e-12)
 
 
 def test_links_of_another_path_are_not_those_of_the_last_one() -> None:

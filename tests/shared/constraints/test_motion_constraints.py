@@ -67,7 +67,7 @@ def test_scene_is_replaced_as_a_whole() -> None:
 
 def test_gripper_reaches_outwards_from_its_grip() -> None:
     constraints = MotionConstraints(BOUNDARIES, [0, 1])
-    spheres = constraints.placed_gripper(1, np.zeros((1, 3)), ALONG_X[None])
+    spheres = constraints.gripper_spheres(1, np.zeros((1, 3)), ALONG_X[None])
     np.testing.assert_allclose(spheres.centres[0, 0], 0.0, atol=1e-15)
     np.testing.assert_allclose(spheres.centres[0, -1], [0.048, 0.0, 0.0], atol=1e-12)
 

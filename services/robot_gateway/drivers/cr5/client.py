@@ -76,6 +76,9 @@ class Cr5Client:
         self._sequence = CommandSequence(self.request)
         self.feedback: np.ndarray | None = None
         """Newest packet; None before the first."""
+        self._mode_of: np.ndarray | None = None
+        self._mode: int | None = None
+        """RobotMode, read once of each packet: a tick asks for it ten times."""
         self.last_packet: int | None = None
         """Time of the last new packet [ns]; None before the first."""
         self.packet_count = 0
@@ -129,7 +132,10 @@ class Cr5Client:
     @property
     def mode(self) -> int | None:
         """RobotMode of the newest packet."""
-        return None if self.feedback is None else int(self.feedback["robot_mode"])
+        if self._mode_of is not self.feedback:
+            self._mode_of = self.feedback
+            self._mode = None if self.feedback is None else int(self.feedback["robot_mode"])
+        return self._mode
 
     @property
     def mode_words(self) -> str:

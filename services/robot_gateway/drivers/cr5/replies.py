@@ -63,6 +63,8 @@ class ReplyReader:
 
     def feed(self, data: bytes) -> list[Reply]:
         """Return the replies that the bytes complete; other text is skipped."""
+        if not data:
+            return []
         self._buffer += data
         if NOT_TCP_TEXT.search(self._buffer):
             self.not_tcp = True

@@ -19,8 +19,8 @@ from jaxtyping import Float64
 from benchmarks.rod.front.motion import (
     ACTION_DURATION,
     PROPERTIES,
-    SETTLING_DAMPING,
     Contender,
+    DampedSimulation,
     Moves,
     NodePath,
     grip_path,
@@ -124,10 +124,11 @@ class _Grips(elastica.ConstraintBase):
         system.omega_collection[:, -1] = self._spins[k, :, 1]
 
 
-class _Run:
+class _Run(DampedSimulation):
     """Run of PyElastica."""
 
     def __init__(self, n: int, step: float, stiff: bool, moves: Moves) -> None:
+        super().__init__(moves)
         p, start = PROPERTIES, rest_state(n)
         radius = 0.5 * p.diameter
         element = p.length / (n - 1)
@@ -164,15 +165,7 @@ class _Run:
         simulator.finalize()
         self._rod, self._simulator = rod, simulator
         self._stepper = elastica.PositionVerlet()
-        self._moves, self._step, self._time = moves, step, 0.0
-
-    def run(self) -> NodePath:
-        """Return the positions after every action."""
-        return self._advance(len(self._moves), PROPERTIES.damping)
-
-    def settle(self) -> Float64[np.ndarray, "n 3"]:
-        """Return the positions after the grips have stood still."""
-        return self._advance(len(then_still(self._moves)) - len(self._moves), SETTLING_DAMPING)[-1]
+        self._step, self._time = step, 0.0
 
     def _advance(self, count: int, damping: float) -> NodePath:
         self._factor[:] = math.exp(-damping * self._step)

@@ -11,15 +11,14 @@ from collections.abc import Callable, Iterator, Sequence
 
 import mujoco
 import numpy as np
-from jaxtyping import Float64
 
 from benchmarks.rod.front.motion import (
     ACTION_DURATION,
     LEFT_GRIP,
     PROPERTIES,
     RIGHT_GRIP,
-    SETTLING_DAMPING,
     Contender,
+    DampedSimulation,
     Moves,
     NodePath,
     grip_path,
@@ -57,7 +56,7 @@ def rope(name: str, n: int, step: float, obstacles: Sequence[Obstacle] = ()) -> 
     )
 
 
-class MujocoRun:
+class MujocoRun(DampedSimulation):
     """Run of a rope of MuJoCo."""
 
     def __init__(
@@ -68,6 +67,7 @@ class MujocoRun:
         moves: Moves,
         obstacles: Sequence[Obstacle] = (),
     ) -> None:
+        super().__init__(moves)
         p = PROPERTIES
         self.rope = make(MujocoRope(p.length, p.diameter, n, p.linear_density, p.youngs_modulus))
         self.model = mujoco.MjModel.from_xml_string(self.rope.mjcf(obstacles))
@@ -80,15 +80,7 @@ class MujocoRun:
         mujoco.mj_forward(self.model, self.state)
         self._grips = grip_path(then_still(moves), step)
         self._count, self._done = round(ACTION_DURATION / step), 0
-        self._moves, self._nodes = moves, n
-
-    def run(self) -> NodePath:
-        """Return the positions after every action; the ends follow the grips."""
-        return self._advance(len(self._moves), PROPERTIES.damping)
-
-    def settle(self) -> Float64[np.ndarray, "n 3"]:
-        """Return the positions after the grips have stood still."""
-        return self._advance(len(then_still(self._moves)) - len(self._moves), SETTLING_DAMPING)[-1]
+        self._nodes = n
 
     def _advance(self, count: int, damping: float) -> NodePath:
         model, state = self.model, self.state

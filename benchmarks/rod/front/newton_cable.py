@@ -23,8 +23,8 @@ from benchmarks.rod.front.motion import (
     LEFT_GRIP,
     PROPERTIES,
     RIGHT_GRIP,
-    SETTLING_DAMPING,
     Contender,
+    DampedSimulation,
     Moves,
     NodePath,
     grip_path,
@@ -59,10 +59,11 @@ def cable(n: int, step: float, sweeps: int, stiff: bool = False) -> Contender:
     return Contender(NAME, n, setting, lambda moves: _Run(n, step, sweeps, stiff, moves))
 
 
-class _Run:
+class _Run(DampedSimulation):
     """Run of Newton."""
 
     def __init__(self, n: int, step: float, sweeps: int, stiff: bool, moves: Moves) -> None:
+        super().__init__(moves)
         warp.config.log_level = warp.LOG_ERROR
         self._edge = PROPERTIES.length / (n - 1)
         model = _model(n, self._edge, stiff)
@@ -84,15 +85,7 @@ class _Run:
         self._grips = _grip_bodies(then_still(moves), step, self._edge)
         self._kept = model, solver, states, control
         self._count, self._done = round(ACTION_DURATION / step), 0
-        self._moves, self._nodes = moves, n
-
-    def run(self) -> NodePath:
-        """Return the positions after every action."""
-        return self._advance(len(self._moves), PROPERTIES.damping)
-
-    def settle(self) -> Float64[np.ndarray, "n 3"]:
-        """Return the positions after the grips have stood still."""
-        return self._advance(len(then_still(self._moves)) - len(self._moves), SETTLING_DAMPING)[-1]
+        self._nodes = n
 
     def _advance(self, count: int, damping: float) -> NodePath:
         drag = -damping * PROPERTIES.linear_density * self._edge

@@ -58,6 +58,7 @@ from lariat.rod.kernels.step_terms import step_times, turn_from_target, weighted
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import HessianPart, Task
 from lariat.rod.launch.layout import (
+    EFFECTIVE_BEND_WIDTH,
     HISTORY_SLOTS,
     LANE_COUNT,
     LANE_STRIDE,
@@ -112,16 +113,25 @@ def edge_energy(
         curved = ti.select(exact, 0.5, 0.0)
         slot = step + HISTORY_SLOTS
         h = hessian_index(ni, rod, step)
+        # Offsets are computed before the loops, which would read the sizes again after every store.
         g = rod + ni[Section.GRADIENT]
+        masses = bounded(rod + ni[Section.MASSES])
+        positions = position_at(ni, rod, slot, 0)
+        orientations = orientation_at(ni, rod, slot, 0)
+        target_positions = target_position_at(ni, rod, step, 0)
+        target_orientations = target_orientation_at(ni, rod, step, 0)
+        tensions = rod + ni[Section.TENSIONS]
+        first_edge = ni[Header.FIRST_EDGE]
+        end_edge = ni[Header.END_EDGE]
         energy = 0.0
         for i in range(n):
-            mass = w[rod + ni[Section.MASSES] + i]
-            x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
-            displacement = x - load3(w, target_position_at(ni, rod, step, i))
+            mass = w[masses + i]
+            x = load3(w, positions + 3 * i)
+            displacement = x - load3(w, target_positions + 3 * i)
             energy += mass * (0.5 * weight * displacement.dot(displacement) - gravity.dot(x))
             store(w, g + 6 * i, mass * (weight * displacement - gravity))
-            has_edge = i >= ni[Header.FIRST_EDGE] and i < ni[Header.END_EDGE]
-            follows_edge = i > ni[Header.FIRST_EDGE] and i <= ni[Header.END_EDGE]
+            has_edge = i >= first_edge and i < end_edge
+            follows_edge = i > first_edge and i <= end_edge
             beside = ti.select(has_edge, 1.0, 0.0) + ti.select(follows_edge, 1.0, 0.0)
             if not has_edge and i < n - 1:
                 # The grip edge of a clamp: only a bend adds to its blocks.
@@ -135,18 +145,16 @@ def edge_energy(
         lanes = bounded(rod + ni[Section.LANES])
         inertia = weighted_inertia(ni, w, rod, weight)
         predicted = arg != HessianPart.TRUE
-        edges = ni[Header.END_EDGE] - ni[Header.FIRST_EDGE]
-        for strip in range((edges + LANE_COUNT - 1) // LANE_COUNT):
-            first = ni[Header.FIRST_EDGE] + LANE_COUNT * strip
-            count = ti.min(LANE_COUNT, ni[Header.END_EDGE] - first)
+        for strip in range((end_edge - first_edge + LANE_COUNT - 1) // LANE_COUNT):
+            first = first_edge + LANE_COUNT * strip
+            count = ti.min(LANE_COUNT, end_edge - first)
             for k in range(count):
                 i = first + k
-                store_lane(w, lanes + k, 0, load3(w, position_at(ni, rod, slot, i)))
-                store_lane(w, lanes + k, 3, load4(w, orientation_at(ni, rod, slot, i)))
-                target = load4(w, target_orientation_at(ni, rod, step, i))
-                store_lane(w, lanes + k, 7, target)
-                store_lane(w, lanes + k, 11, load3(w, rod + ni[Section.TENSIONS] + 3 * i))
-            store_lane(w, lanes + count, 0, load3(w, position_at(ni, rod, slot, first + count)))
+                store_lane(w, lanes + k, 0, load3(w, positions + 3 * i))
+                store_lane(w, lanes + k, 3, load4(w, orientations + 4 * i))
+                store_lane(w, lanes + k, 7, load4(w, target_orientations + 4 * i))
+                store_lane(w, lanes + k, 11, load3(w, tensions + 3 * i))
+            store_lane(w, lanes + count, 0, load3(w, positions + 3 * (first + count)))
             for k in range(lane_count(count)):
                 at = lanes + k
                 r = rotation_matrix(load_lane4(w, at, 3))
@@ -234,17 +242,19 @@ def bend_energy(
         h = hessian_index(ni, rod, step)
         energy = 0.0
         lanes = bounded(rod + ni[Section.LANES])
+        orientations = orientation_at(ni, rod, step + HISTORY_SLOTS, 0)
+        bends = effective_bend_at(ni, rod, step, 0)
         curved = ti.select(exact, 1.0, 0.0)
         for strip in range((n - 2 + LANE_COUNT - 1) // LANE_COUNT):
             first = LANE_COUNT * strip
             count = ti.min(LANE_COUNT, n - 2 - first)
             for k in range(count):
-                effective = effective_bend_at(ni, rod, step, first + k)
-                q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, first + k))
+                effective = bends + EFFECTIVE_BEND_WIDTH * (first + k)
+                q = load4(w, orientations + 4 * (first + k))
                 store_lane(w, lanes + k, 0, q)
                 store_lane(w, lanes + k, 4, load3(w, effective + EffectiveBend.STIFFNESS))
                 store_lane(w, lanes + k, 7, load3(w, effective + EffectiveBend.REST))
-            q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, first + count))
+            q = load4(w, orientations + 4 * (first + count))
             store_lane(w, lanes + count, 0, q)
             for k in range(lane_count(count)):
                 at = lanes + k

@@ -90,9 +90,11 @@ def apply_step(
         stretch = scalar(ni, w, rod, Scalar.STRETCH_STIFFNESS)
         stretch_per_length = stretch / scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         lanes = bounded(rod + ni[Section.LANES])
-        slot = step + HISTORY_SLOTS
-        start = position_at(ni, rod, slot, 0)
-        turned = orientation_at(ni, rod, slot, 0)
+        positions = position_at(ni, rod, step + HISTORY_SLOTS, 0)
+        orientations = orientation_at(ni, rod, step + HISTORY_SLOTS, 0)
+        tensions = rod + ni[Section.TENSIONS]
+        start = positions
+        turned = orientations
         if arg == 1:
             start = rod + ni[Section.ACCEPTED_POSITIONS]
             turned = rod + ni[Section.ACCEPTED_ORIENTATIONS]
@@ -118,15 +120,11 @@ def apply_step(
             for k in range(count):
                 i = first + k
                 at = lanes + k
-                store(w, position_at(ni, rod, slot, i), load_lane3(w, at, 0))
-                store(w, rod + ni[Section.TENSIONS] + 3 * i, load_lane3(w, at, 10))
-                store(w, orientation_at(ni, rod, slot, i), load_lane4(w, at, 13))
+                store(w, positions + 3 * i, load_lane3(w, at, 0))
+                store(w, tensions + 3 * i, load_lane3(w, at, 10))
+                store(w, orientations + 4 * i, load_lane4(w, at, 13))
         x = load3(w, start + 3 * n - 3)
-        store(
-            w,
-            position_at(ni, rod, step + HISTORY_SLOTS, n - 1),
-            x + share * load3(w, d + 6 * n - 6),
-        )
+        store(w, positions + 3 * n - 3, x + share * load3(w, d + 6 * n - 6))
     else:
         result = accept_iterate(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -32,6 +32,7 @@ from lariat.rod.kernels.step_terms import (
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
+    EFFECTIVE_BEND_WIDTH,
     HISTORY_SLOTS,
     EffectiveBend,
     Header,
@@ -60,21 +61,28 @@ def inertial_targets(
     result = 0.0
     if task == Task.INERTIAL_TARGETS:
         n = ni[Header.NODES]
+        history = ni[Header.HISTORY]
         _h, _weight, carry = step_times(ni, w, rod, step)
+        # Offsets are computed before the loops, which would read the sizes again after every store.
+        positions = position_at(ni, rod, step + HISTORY_SLOTS, 0)
+        latest = orientation_at(ni, rod, step + HISTORY_SLOTS - 1, 0)
+        target_positions = target_position_at(ni, rod, step, 0)
+        target_orientations = target_orientation_at(ni, rod, step, 0)
+        bends = rod + ni[Section.BENDS]
+        effective_bends = effective_bend_at(ni, rod, step, 0)
         for i in range(n):
             target = ti.Vector([0.0, 0.0, 0.0])
-            for back in range(1, ni[Header.HISTORY] + 1):
+            for back in range(1, history + 1):
                 share = target_share(ni, w, rod, step, back, carry)
-                target += share * load3(w, position_at(ni, rod, step + HISTORY_SLOTS - back, i))
-            store(w, target_position_at(ni, rod, step, i), target)
+                target += share * load3(w, positions + 3 * (i - n * back))
+            store(w, target_positions + 3 * i, target)
         for i in range(n - 1):
             rotation = ti.Vector([0.0, 0.0, 0.0])
-            for back in range(2, ni[Header.HISTORY] + 1):
+            for back in range(2, history + 1):
                 share = target_share(ni, w, rod, step, back, carry)
                 rotation += share * logarithm(past_rotation(ni, w, rod, step, i, back))
-            q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, i))
-            target = quaternion_product(q1, exponential(rotation))
-            store(w, target_orientation_at(ni, rod, step, i), target)
+            target = quaternion_product(load4(w, latest + 4 * i), exponential(rotation))
+            store(w, target_orientations + 4 * i, target)
         rate = internal_rate(ni, w, rod, step)
         damped = rate > 0.0 or ni[Header.PARAMETERS] > 0
         for j in range(n - 2):
@@ -84,8 +92,8 @@ def inertial_targets(
                     share = w[time_at(ni, rod, step) + TimeRow.BASE_SHARES + back - 1]
                     u, _jacobian, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS - back, j)
                     before += share * u
-            bend = rod + ni[Section.BENDS] + 6 * j
-            to = effective_bend_at(ni, rod, step, j)
+            bend = bends + 6 * j
+            to = effective_bends + EFFECTIVE_BEND_WIDTH * j
             store(w, to + EffectiveBend.STIFFNESS, (1.0 + rate) * load3(w, bend))
             store(w, to + EffectiveBend.REST, (load3(w, bend + 3) + rate * before) / (1.0 + rate))
             store(w, to + EffectiveBend.DAMPED_FROM, before)
@@ -115,12 +123,17 @@ def predict(
         n = ni[Header.NODES]
         stretch = scalar(ni, w, rod, Scalar.STRETCH_STIFFNESS)
         length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
+        positions = position_at(ni, rod, step + HISTORY_SLOTS, 0)
+        orientations = orientation_at(ni, rod, step + HISTORY_SLOTS, 0)
+        target_positions = target_position_at(ni, rod, step, 0)
+        target_orientations = target_orientation_at(ni, rod, step, 0)
+        tensions = rod + ni[Section.TENSIONS]
         largest_displacement = 0.0
         strain = 0.0
         previous = ti.Vector([0.0, 0.0, 0.0])
         for i in range(n):
-            x1 = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i))
-            displacement = load3(w, target_position_at(ni, rod, step, i)) - x1
+            x1 = load3(w, positions + 3 * (i - n))
+            displacement = load3(w, target_positions + 3 * i) - x1
             largest_displacement = ti.max(largest_displacement, displacement.norm())
             if i > 0:
                 strain = ti.max(strain, (displacement - previous).norm())
@@ -131,19 +144,16 @@ def predict(
         if arg == 1 and unobstructed and strain < 2.0 * length:
             share = 1.0
         for i in range(n):
-            x1 = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i))
-            x = x1 + share * (load3(w, target_position_at(ni, rod, step, i)) - x1)
-            store(w, position_at(ni, rod, step + HISTORY_SLOTS, i), x)
+            x1 = load3(w, positions + 3 * (i - n))
+            store(w, positions + 3 * i, x1 + share * (load3(w, target_positions + 3 * i) - x1))
         for i in range(n - 1):
-            q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, i))
-            target = load4(w, target_orientation_at(ni, rod, step, i))
-            q = q1 + share * (target - q1)
-            store(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i), q)
-            edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i + 1)) - load3(
-                w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i)
-            )
+            q1 = load4(w, orientations + 4 * (i - n + 1))
+            q = q1 + share * (load4(w, target_orientations + 4 * i) - q1)
+            store(w, orientations + 4 * i, q)
+            x1 = load3(w, positions + 3 * (i - n))
+            edge = load3(w, positions + 3 * (i - n) + 3) - x1
             d3 = rotation_matrix(q1) @ ti.Vector([0.0, 0.0, 1.0])
-            store(w, rod + ni[Section.TENSIONS] + 3 * i, stretch * (edge / length - d3))
+            store(w, tensions + 3 * i, stretch * (edge / length - d3))
     else:
         result = inertial_targets(ni, w, w33, task, rod, step, arg, real)
     return result

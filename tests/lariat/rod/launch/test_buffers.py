@@ -36,10 +36,12 @@ def test_a_launch_does_not_depend_on_the_one_before() -> None:
 
 
 @pytest.mark.parametrize("scheme", ["euler", "sdirk2"])
-@pytest.mark.parametrize("right", ["clamped", "free"])
-def test_what_lay_in_memory_before_a_launch_has_no_effect(scheme: Scheme, right: End) -> None:
+@pytest.mark.parametrize("ends", [("clamped", "clamped"), ("clamped", "free"), ("free", "pinned")])
+def test_what_lay_in_memory_before_a_launch_has_no_effect(
+    scheme: Scheme, ends: tuple[End, End]
+) -> None:
     properties = RodProperties(0.45, 0.008, 0.044, 1e6, internal_damping=0.01)
-    clean, dirty = (Rod(properties, 12, right=right, scheme=scheme) for _ in range(2))
+    clean, dirty = (Rod(properties, 12, *ends, scheme=scheme) for _ in range(2))
     state = clean.straight((0.0, 0.0, 0.3), (1.0, 0.0, 0.3))
     blocks = np.array([0, 0, 1, 2, 2])
     spec = RolloutSpec(state, np.full((3, 2, 6), 0.05), 0.02, block_of_step=blocks)

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.cameras import Camera, Intrinsics
+from lariat.geometry.poses import Pose
 from services.perception.beside.publisher import OthersPublisher
 from services.perception.beside.search import SearchBeside
 from services.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, RopeModel
@@ -160,24 +161,26 @@ class PerceptionService:
         if due and (fault := self._clock_check.fault(stamp, now)):
             yield self._lost(fault, stamp)
         elif due:
-            estimate = self._perceived(due, stamp)
+            grips = self._grips.at(stamp)
+            estimate = self._perceived(due, stamp, *grips)
             yield self._rope_nodes(estimate, stamp)
             if self._search.due(stamp):
                 lines = self._search.lines(
                     estimate,
                     [camera.processed for camera in due],
                     self._motion.at(self._scene.obstacles, stamp),
-                    self._grips.at(stamp),
+                    grips,
                 )
                 yield from self._others.publications(lines, self._look, stamp, now)
         elif faults and all(camera.fault for camera in self._cameras):
             yield self._lost("; ".join(c.fault for c in self._cameras), faults[0].stamp)
 
-    def _perceived(self, due: Sequence[RopeCamera], stamp: int) -> CenterlineEstimate:
-        """Rope in the newest images of some cameras, taken at `stamp` [ns]."""
+    def _perceived(
+        self, due: Sequence[RopeCamera], stamp: int, left: Pose | None, right: Pose | None
+    ) -> CenterlineEstimate:
+        """Rope in the newest images of some cameras, taken at `stamp` [ns] between two grips."""
         for camera in due:
             self._follow_markers(camera)
-        left, right = self._grips.at(stamp)
         estimate = fuse([camera.track(left, right) for camera in due])
         if len(self._cameras) > 1 and not estimate.lost:
             for camera in self._cameras:

@@ -160,7 +160,22 @@ def mean_node_distance(a: Float64[np.ndarray, "n 3"], b: Float64[np.ndarray, "n 
 def point_distances(
     a: Float64[np.ndarray, "k d"], b: Float64[np.ndarray, "n d"]
 ) -> Float64[np.ndarray, "k n"]:
-    """Return the distance of each of k points from each of n others [m].
+    """Return the distance of each of k points from each of n others [m]."""
+    squares = _squared_distances(a, b)
+    return np.sqrt(squares, out=squares)
+
+
+def least_distances(
+    a: Float64[np.ndarray, "k d"], b: Float64[np.ndarray, "n d"]
+) -> Float64[np.ndarray, "k"]:
+    """Return the distance of each of k points from the nearest of n others [m]."""
+    return np.sqrt(np.min(_squared_distances(a, b), axis=1))
+
+
+def _squared_distances(
+    a: Float64[np.ndarray, "k d"], b: Float64[np.ndarray, "n d"]
+) -> Float64[np.ndarray, "k n"]:
+    """Return the squared distance of each of k points from each of n others [m^2].
 
     Coordinate by coordinate this takes a quarter of the time of norms of an array of vectors.
     """
@@ -170,7 +185,7 @@ def point_distances(
         difference = np.subtract.outer(a[:, axis], b[:, axis])
         difference *= difference
         squares += difference
-    return np.sqrt(squares, out=squares)
+    return squares
 
 
 def _distinct(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "m 3"]:

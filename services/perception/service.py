@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial, reduce
 from operator import or_
 
@@ -11,6 +11,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.cameras import Camera, Intrinsics
+from lariat.geometry.poses import Pose
+from services.perception.beside.other_ropes import SeenLine
 from services.perception.beside.publisher import OthersPublisher
 from services.perception.beside.search import SearchBeside
 from services.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, RopeModel
@@ -113,6 +115,8 @@ class PerceptionService:
         self._search = SearchBeside(
             scenario.limits, scenario.rope.diameter, scenario.sensing.depth_noise
         )
+        # A search takes as long as the rope: it is made one step later, mostly one without an image.
+        self._next_search: tuple[Callable[[], Sequence[SeenLine]], int] | None = None
         self._resets, self._restores = ResetCounter(), ResetCounter()
         self._published = -SECOND
         self._published_revision = 0
@@ -156,28 +160,31 @@ class PerceptionService:
 
     def _process_cameras(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         faults = [f for camera in self._cameras if (f := camera.receive(inbox, now)) is not None]
+        search, self._next_search = self._next_search, None
         due, stamp = self._frames.due(now)
         if due and (fault := self._clock_check.fault(stamp, now)):
             yield self._lost(fault, stamp)
         elif due:
-            estimate = self._perceived(due, stamp)
+            grips = self._grips.at(stamp)
+            estimate = self._perceived(due, stamp, *grips)
             yield self._rope_nodes(estimate, stamp)
             if self._search.due(stamp):
-                lines = self._search.lines(
-                    estimate,
-                    [camera.processed for camera in due],
-                    self._motion.at(self._scene.obstacles, stamp),
-                    self._grips.at(stamp),
-                )
-                yield from self._others.publications(lines, self._look, stamp, now)
+                views = [camera.processed for camera in due]
+                obstacles = self._motion.at(self._scene.obstacles, stamp)
+                lines = partial(self._search.lines, estimate, views, obstacles, grips)
+                self._next_search = lines, stamp
         elif faults and all(camera.fault for camera in self._cameras):
             yield self._lost("; ".join(c.fault for c in self._cameras), faults[0].stamp)
+        if search is not None:
+            lines, stamp = search
+            yield from self._others.publications(lines(), self._look, stamp, now)
 
-    def _perceived(self, due: Sequence[RopeCamera], stamp: int) -> CenterlineEstimate:
-        """Rope in the newest images of some cameras, taken at `stamp` [ns]."""
+    def _perceived(
+        self, due: Sequence[RopeCamera], stamp: int, left: Pose | None, right: Pose | None
+    ) -> CenterlineEstimate:
+        """Rope in the newest images of some cameras, taken at `stamp` [ns] between two grips."""
         for camera in due:
             self._follow_markers(camera)
-        left, right = self._grips.at(stamp)
         estimate = fuse([camera.track(left, right) for camera in due])
         if len(self._cameras) > 1 and not estimate.lost:
             for camera in self._cameras:
@@ -271,6 +278,7 @@ class PerceptionService:
                 camera.forget()
             self._nodes = None
             self._others.forget()
+            self._next_search = None
         self._motion.take_task(task)
         for refusal in self._scene.follow_run(task.run_started, now):
             log.warning(refusal)

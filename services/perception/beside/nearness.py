@@ -102,8 +102,8 @@ def near_mask(
         max_depth: Depth beyond which no pixel counts [m].
     """
     mask = np.zeros(difference.shape, np.uint8)
-    # Few pixels are nearer at all.
-    at = np.flatnonzero(difference > 1e3 * least)
+    # Few pixels are nearer at all; whole numbers are compared several at a time.
+    at = np.flatnonzero(difference > int(1e3 * least))
     near, count = difference.ravel()[at].astype(np.float32), smooth.count.ravel()[at]
     # Squared, so that no root is taken; without depths around a pixel, the product is zero.
     surely = near * near * count > (1e3 * NOISE_SIGMAS * depth_sigma) ** 2

@@ -220,7 +220,7 @@ def _distinct(lines: Sequence[SeenLine], s: OtherRopesSettings) -> Iterator[Seen
         count = max(2, round(polylines.length(line.points) / POINT_DISTANCE) + 1)
         even = polylines.resample(line.points, count)
         if len(taken):
-            gaps = np.min(polylines.point_distances(even, taken), axis=1)
+            gaps = polylines.least_distances(even, taken)
             if np.mean(gaps < s.same_distance) > s.same_share:
                 continue
         taken = np.concatenate([taken, even])

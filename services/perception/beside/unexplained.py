@@ -177,18 +177,22 @@ def _long_parts(
     near = mask[top : top + height, left : left + width]
     count, labels = cv2.connectedComponents(near, connectivity=8)
     # Counted by OpenCV, their extents take several times as long as the components.
-    columns, rows = np.asarray(cv2.findNonZero(near)).reshape(-1, 2).T
-    number = labels[rows, columns]
-    kept, corners = np.zeros(count, bool), []
-    for k in np.flatnonzero(np.bincount(number) > MIN_LENGTH_SHARE * min_length):
-        x, y = columns[number == k], rows[number == k]
-        low, high = (x.min(), y.min()), (x.max() + 1, y.max() + 1)
-        if np.hypot(high[0] - low[0], high[1] - low[1]) >= min_length:
-            kept[k] = True
-            corners.append((*low, *high))
-    if not corners:
+    pixels = np.asarray(cv2.findNonZero(near)).reshape(-1, 2)
+    number = labels[pixels[:, 1], pixels[:, 0]]
+    size = np.bincount(number, minlength=count)
+    kept = size > MIN_LENGTH_SHARE * min_length
+    if not np.any(kept):
         return None
-    low, high = np.min(corners, axis=0)[:2], np.max(corners, axis=0)[2:]
+    chosen = kept[number]
+    # Pixels part by part.
+    pixels = pixels[chosen][np.argsort(number[chosen], kind="stable")]
+    begins = np.concatenate([[0], np.cumsum(size[kept])[:-1]])
+    low, high = np.minimum.reduceat(pixels, begins), np.maximum.reduceat(pixels, begins) + 1
+    long = np.hypot(*(high - low).T) >= min_length
+    if not np.any(long):
+        return None
+    kept[kept] = long
+    low, high = np.min(low[long], axis=0), np.max(high[long], axis=0)
     part = np.s_[low[1] : high[1], low[0] : high[0]]
     corner = left + int(low[0]), top + int(low[1])
     nearer = difference[top : top + height, left : left + width][part]

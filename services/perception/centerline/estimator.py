@@ -246,7 +246,7 @@ def _is_known(line: OtherLine, known: Sequence[OtherLine], width: float) -> bool
     if not known:
         return False
     pixels = np.concatenate([other.pixels for other in known])
-    gaps = np.min(polylines.point_distances(line.pixels[::4], pixels), axis=1)
+    gaps = polylines.least_distances(line.pixels[::4], pixels)
     return float(np.mean(gaps < KNOWN_WIDTHS * width)) > KNOWN_SHARE
 
 

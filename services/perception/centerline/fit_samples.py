@@ -28,6 +28,9 @@ OTHER_MARGIN = 0.008
 MERGED_WIDTHS = 1.3
 """Width of a region, in addition to two pixels, above which it shows two ropes [rope widths]."""
 
+Samples = tuple[Float64[np.ndarray, "m 6"], Int64[np.ndarray, "m"]]
+"""Samples, columns as in `kernels.fit.fit`, and the ridge point of each."""
+
 
 class SegmentSamples:
     """Samples of one observation's segments, computed once for all hypotheses."""
@@ -41,26 +44,34 @@ class SegmentSamples:
     ) -> None:
         self.observation, self._camera = observation, camera
         self._rope, self._settings = rope, settings
-        self._cache: dict[int, tuple[Float64[np.ndarray, "m 6"], Int64[np.ndarray, "m"]]] = {}
+        self._cache: dict[int, Samples] = {}
+        self._known: Sequence[OtherLine] = ()
+        self._without_known: dict[int, Samples] = {}
 
-    def of(self, segment: int) -> tuple[Float64[np.ndarray, "m 6"], Int64[np.ndarray, "m"]]:
-        """Return samples of a segment, columns as in `kernels.fit.fit`, and each one's ridge point."""
+    def of(self, segment: int) -> Samples:
+        """Return the samples of a segment."""
         if segment not in self._cache:
             self._cache[segment] = self._compute(segment)
         return self._cache[segment]
 
-    def without(
-        self, segment: int, others: Sequence[OtherLine]
-    ) -> tuple[Float64[np.ndarray, "m 6"], Int64[np.ndarray, "m"]]:
+    def without(self, segment: int, others: Sequence[OtherLine]) -> Samples:
         """Return the samples of a segment that cannot be other ropes'; columns as in `of`.
 
         Rays are left out where the image shows another rope, or two ropes as one region; ranges,
-        where they lead to another rope.
+        where they lead to another rope. Those of the last `others` are kept: hypotheses have them
+        in common.
 
         Args:
             segment: Index of the segment.
             others: Lines of other ropes.
         """
+        if others is not self._known:
+            self._known, self._without_known = others, {}
+        if segment not in self._without_known:
+            self._without_known[segment] = self._compute_without(segment, others)
+        return self._without_known[segment]
+
+    def _compute_without(self, segment: int, others: Sequence[OtherLine]) -> Samples:
         rows, index = self.of(segment)
         view = self.observation
         pixels, points = view.ridges[segment].pixels, view.points[segment]
@@ -68,15 +79,15 @@ class SegmentSamples:
         beside = view.width_at(pixels) > MERGED_WIDTHS * view.width + 2.0
         touching = np.zeros(len(pixels), bool)
         for line in others:
-            near = np.min(polylines.point_distances(pixels, line.pixels), axis=1) < reach
+            near = polylines.least_distances(pixels, line.pixels) < reach
             beside |= near
             if np.any(near):
-                gaps = np.min(polylines.point_distances(points[near], line.points), axis=1)
+                gaps = polylines.least_distances(points[near], line.points)
                 touching[near] |= gaps < 2.0 * self._rope.radius + OTHER_MARGIN
         kept = ~np.where(rows[:, 3] > 0.0, touching[index], beside[index])
         return rows[kept], index[kept]
 
-    def _compute(self, segment: int) -> tuple[Float64[np.ndarray, "m 6"], Int64[np.ndarray, "m"]]:
+    def _compute(self, segment: int) -> Samples:
         s, i = self._settings, self._camera.intrinsics
         view, ridge = self.observation, self.observation.ridges[segment]
         sigma = float(np.hypot(s.depth_sigma, s.depth_quantum / np.sqrt(12.0)))
@@ -96,7 +107,7 @@ class SegmentSamples:
         measured = sample_depth(view.depth, at[once])
         once, measured = once[measured > 0.0], measured[measured > 0.0] - view.bias
         nearest = once % len(pixels)
-        offset = np.sum((at[once] - pixels[nearest]) * normals[nearest], axis=1) * measured / i.fx
+        offset = np.vecdot(at[once] - pixels[nearest], normals[nearest]) * measured / i.fx
         rays = self._camera.rays(at[once])
         stretch = np.linalg.norm(rays, axis=1)
         ranged = np.zeros((len(once), 6))

@@ -107,7 +107,7 @@ def _uncovered(
     reach = CHAIN_HALF_WIDTH * view.width + CHAIN_MARGIN
     shortest = MIN_STRAND_WIDTHS * view.width
     for ridge, points in zip(view.ridges, view.points, strict=True):
-        distance = np.min(polylines.point_distances(ridge.pixels, dense), axis=1)
+        distance = polylines.least_distances(ridge.pixels, dense)
         for run in _runs(distance > reach):
             wide = np.median(view.width_at(ridge.pixels[run])) > MAX_WIDTHS * view.width
             if run.stop - run.start >= shortest and not wide:

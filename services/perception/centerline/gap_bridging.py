@@ -16,8 +16,9 @@ BRIDGE_POINTS = 20
 """Number of points of a bridge."""
 MAX_TANGENT_SCALE = 4.0
 """Largest length of a bridge's end tangents, relative to the length of the bridge."""
-BISECTION_STEPS = 12
-"""Number of bisections in the search for the length of a bridge."""
+LENGTH_DIGITS, DIGIT_COUNT = 16, 3
+"""Base and number of the digits to which the scale of a bridge's end tangents is found, relative to
+the largest one."""
 
 
 def join_segments(
@@ -106,10 +107,12 @@ def _bridge(a: np.ndarray, ta: np.ndarray, b: np.ndarray, tb: np.ndarray, length
         2.0 * np.vecdot(chords, turns),
         np.vecdot(turns, turns),
     )
-    low, high = 0.0, MAX_TANGENT_SCALE
-    for _ in range(BISECTION_STEPS):
-        middle = (low + high) / 2.0
-        squares = constant + middle * (linear + middle * square)
-        short = np.sqrt(np.maximum(squares, 0.0)).sum() < length
-        low, high = (middle, high) if short else (low, middle)
-    return (straight + low * bent)[1:-1]
+    scale, step = 0.0, MAX_TANGENT_SCALE
+    for _ in range(DIGIT_COUNT):
+        step /= LENGTH_DIGITS
+        tried = (scale + step * np.arange(1, LENGTH_DIGITS))[:, None]
+        squares = constant + tried * (linear + tried * square)
+        lengths = np.sqrt(np.maximum(squares, 0.0)).sum(axis=1)
+        # The largest one that is too short.
+        scale += step * int(np.count_nonzero(lengths < length))
+    return (straight + scale * bent)[1:-1]

@@ -86,7 +86,28 @@ def _from_prior(
     points come first.
     """
     far_reach = reach + 2.0 * float(np.max(prior.sigma))
-    # Where segments merge in the image, only single points can tell them apart.
+
+    def whole() -> Iterator[InitialChain]:
+        order = order_by_prior(prior.positions, view.points, far_reach)
+        if order.indices:
+            yield _from_order(view, rope, order, left, right, prior)
+
+    if len(view.points) == 1:
+        # One segment alone is no other rope, and is mostly accepted as a whole.
+        yield from whole()
+        yield _by_points(view, rope, far_reach, prior)[0]
+        return
+    by_points, strays = _by_points(view, rope, far_reach, prior)
+    yield from (by_points, *whole()) if strays else (*whole(), by_points)
+
+
+def _by_points(
+    view: Observation, rope: RopeModel, far_reach: float, prior: ShapePrior
+) -> tuple[InitialChain, bool]:
+    """Chain with single points assigned by a prior, and whether many of a segment are away.
+
+    Where segments merge in the image, only single points can tell them apart.
+    """
     dense = polylines.resample(prior.positions, 4 * rope.node_count)
     edges, strays = [], False
     for points in view.points:
@@ -95,11 +116,8 @@ def _from_prior(
         node = nearest * (rope.node_count - 1) // len(dense)
         far = gaps[np.arange(len(points)), nearest] > np.minimum(far_reach, prior.reach[node])
         edges.append(np.where(far, -1, node))
-        strays |= len(view.points) > 1 and int(np.count_nonzero(far)) > MAX_STRAY_POINTS
-    by_points = InitialChain(prior.positions, tuple(enumerate(edges)), prior)
-    order = order_by_prior(prior.positions, view.points, far_reach)
-    whole = [_from_order(view, rope, order, left, right, prior)] if order.indices else []
-    yield from (by_points, *whole) if strays else (*whole, by_points)
+        strays |= int(np.count_nonzero(far)) > MAX_STRAY_POINTS
+    return InitialChain(prior.positions, tuple(enumerate(edges)), prior), strays
 
 
 def _from_order(

@@ -125,10 +125,15 @@ class FrameObserver:
         limits, mask = self._settings.frame, region.mask
         rows = slice(region.top, region.top + mask.shape[0])
         part = depth[rows, region.left : region.left + mask.shape[1]]
-        values = part[(mask > 0) & (part > 0)]
+        values = part[mask.view(bool)]
+        values = values[values > 0]
         if len(values) < limits.min_depth_pixels:
             return None
-        near = float(np.percentile(values, limits.near_percentile)) / 1000.0
+        # NumPy's percentile takes ten times as long.
+        rank = (len(values) - 1) * limits.near_percentile / 100.0
+        k = int(rank)
+        low, high = np.partition(values, (k, k + 1))[k : k + 2] / 1000.0
+        near = float(low + (rank - k) * (high - low))
         return 2.0 * self._rope.radius * self._camera.intrinsics.fx / near
 
     def _too_much_found(self, share: float) -> str:

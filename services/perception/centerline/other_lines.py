@@ -70,7 +70,7 @@ def overlap_of(
     dense = camera.project(polylines.resample(nodes, 4 * len(nodes)))[0]
     near = np.zeros(len(dense), bool)
     for line in lines:
-        gaps = np.min(polylines.point_distances(dense, line.pixels), axis=1)
+        gaps = polylines.least_distances(dense, line.pixels)
         near |= gaps < OVERLAP_WIDTHS * width
     return float(np.mean(near))
 

@@ -112,29 +112,35 @@ def _refined_corners(
         middle = 0.5 * (across[1:] + across[:-1])
         shift = (gradient @ middle) / np.maximum(gradient.sum(axis=1), 1e-9)
         edges = points + shift.reshape(4, s.points_per_side, 1) * normals[:, None]
-        lines = np.array([_robust_line(side, s.min_outlier_distance) for side in edges])
-        matrices = np.stack([np.roll(lines[:, :2], 1, axis=0), lines[:, :2]], axis=1)
-        offsets = np.stack([np.roll(lines[:, 2], 1), lines[:, 2]], axis=1)
+        normals, offsets = _robust_lines(edges, s.min_outlier_distance)
+        matrices = np.stack([np.roll(normals, 1, axis=0), normals], axis=1)
+        offsets = np.stack([np.roll(offsets, 1), offsets], axis=1)
         corners = np.linalg.solve(matrices, offsets[..., None])[..., 0]
     return corners
 
 
-def _robust_line(
-    points: Float64[np.ndarray, "k 2"], min_outlier_distance: float
-) -> Float64[np.ndarray, "3"]:
-    """Normal (a, b) and offset c of the line a u + b v = c through points, without outliers."""
-    normal, offset = _least_squares_line(points)
+def _robust_lines(
+    points: Float64[np.ndarray, "s k 2"], min_outlier_distance: float
+) -> tuple[Float64[np.ndarray, "s 2"], Float64[np.ndarray, "s"]]:
+    """Normals (a, b) and offsets c of the lines a u + b v = c through points, without outliers."""
+    normals, offsets = _least_squares_lines(points, np.ones(points.shape[:2]))
+    count = points.shape[1]
     for _ in range(2):
-        distance = np.abs(points @ normal - offset)
-        limit = max(min_outlier_distance, 2.0 * float(np.median(distance)))
-        normal, offset = _least_squares_line(points[distance <= limit])
-    return np.array([*normal, offset])
+        distance = np.abs(np.vecdot(points, normals[:, None]) - offsets[:, None])
+        ordered = np.sort(distance, axis=1)
+        median = 0.5 * (ordered[:, (count - 1) // 2] + ordered[:, count // 2])
+        limit = np.maximum(min_outlier_distance, 2.0 * median)
+        normals, offsets = _least_squares_lines(points, (distance <= limit[:, None]).astype(float))
+    return normals, offsets
 
 
-def _least_squares_line(
-    points: Float64[np.ndarray, "k 2"],
-) -> tuple[Float64[np.ndarray, "2"], float]:
-    """Normal and offset of the line nearest to all points."""
-    centre = points.mean(axis=0)
-    normal = np.linalg.svd(points - centre)[2][1]
-    return normal, float(normal @ centre)
+def _least_squares_lines(
+    points: Float64[np.ndarray, "s k 2"], weights: Float64[np.ndarray, "s k"]
+) -> tuple[Float64[np.ndarray, "s 2"], Float64[np.ndarray, "s"]]:
+    """Normals and offsets of the lines nearest to weighted points."""
+    centres = (weights[:, None] @ points)[:, 0] / weights.sum(axis=1)[:, None]
+    u, v = np.moveaxis(points - centres[:, None], 2, 0)
+    # Twice the angle of the axis of least inertia.
+    twice = np.arctan2(2.0 * np.vecdot(u * v, weights), np.vecdot(u * u - v * v, weights))
+    normals = np.stack([-np.sin(0.5 * twice), np.cos(0.5 * twice)], axis=1)
+    return normals, np.vecdot(normals, centres)

@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt16
 
-from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
 from lariat.geometry.markers import marker_pose
 from lariat.geometry.obstacles import Obstacle
@@ -122,9 +121,10 @@ def _plane_depth(
     height: float, camera: Camera, window: tuple[slice, slice]
 ) -> Float64[np.ndarray, "h w"]:
     """Depth of a horizontal plane at a height in part of an image [m]."""
-    rows, columns = np.mgrid[window]
-    rays = camera.rays(np.stack([columns, rows], axis=-1).reshape(-1, 2).astype(float))
-    eye = camera.T_world_camera
-    forward = poses.rotate(eye.orientation, np.array([0.0, 0.0, 1.0]))
-    down = np.minimum(rays[:, 2], -1e-6)
-    return ((height - eye.position[2]) / down * (rays @ forward)).reshape(rows.shape)
+    rows, columns = (np.arange(part.start, part.stop, dtype=float) for part in window)
+    # What a ray rises over a depth of one is linear in column and row.
+    first = np.stack([columns, np.full(len(columns), rows[0])], axis=1)
+    second = np.stack([np.full(len(rows), columns[0]), rows], axis=1)
+    along, down = camera.rays(first)[:, 2], camera.rays(second)[:, 2]
+    rise = down[:, None] + (along - along[0])
+    return (height - camera.T_world_camera.position[2]) / np.minimum(rise, -1e-6)

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
@@ -57,16 +58,22 @@ class Obstacle:
     name: str = ""
     """Name, unique in a scene."""
 
-    @property
-    def extent(self) -> float:
-        """Radius of a ball around `position` that holds the body, infinite where none does [m]."""
+    @cached_property
+    def extents(self) -> tuple[float, float, float]:
+        """Half extents along the world axes of a box around `position` that holds the body,
+        infinite where none does [m]."""
         if self.keep_in or self.shape == "half_space":
-            return math.inf
+            return (math.inf, math.inf, math.inf)
+        a, b, c = poses.matrix(np.array(self.orientation)).tolist()
+        return self._half_extent(*a), self._half_extent(*b), self._half_extent(*c)
+
+    def _half_extent(self, x: float, y: float, z: float) -> float:
+        """Half extent along a world axis, given in the local frame [m]."""
         if self.shape == "box":
-            return math.hypot(*self.size) / 2.0
-        if self.shape == "cylinder":
-            return math.hypot(self.radius, self.height / 2.0)
-        return self.radius + self.height / 2.0
+            length, width, height = self.size
+            return (abs(x) * length + abs(y) * width + abs(z) * height) / 2.0
+        across = math.hypot(x, y) if self.shape == "cylinder" else 1.0
+        return across * self.radius + abs(z) * self.height / 2.0
 
     def moved(
         self,
@@ -173,9 +180,15 @@ def out_of_reach(
         sides = zip(obstacle.normal, obstacle.position, *box, strict=True)
         height = sum(min(n * (low - x), n * (high - x)) for n, x, low, high in sides)
         return height > reach * math.hypot(*obstacle.normal)
-    sides = zip(*box, obstacle.position, strict=True)
-    gap = math.hypot(*(max(low - x, 0.0, x - high) for low, high, x in sides))
-    return gap > obstacle.extent + reach
+    (a, b, c), (d, e, f) = box
+    x, y, z = obstacle.position
+    u, v, w = obstacle.extents
+    gap = math.hypot(
+        max(a - x - u, 0.0, x - u - d),
+        max(b - y - v, 0.0, y - v - e),
+        max(c - z - w, 0.0, z - w - f),
+    )
+    return gap > reach
 
 
 def scene_distance(

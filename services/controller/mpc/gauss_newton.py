@@ -18,13 +18,13 @@ from lariat.trajectory import MotionLimits
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification, GripPrediction
 from services.controller.mpc.constraints import constrained_step, overstretch
 from services.controller.mpc.horizon import HorizonPlan, HorizonProblem
+from services.controller.mpc.motion_kernels import bounds_of, kernel, rows_of
 from services.controller.mpc.objective import (
     ObjectiveWeights,
     effort_terms,
     orientation_terms,
     rope_terms,
 )
-from services.controller.mpc.velocity_tracking import shortened
 
 LEVENBERG_DAMPING = 1e-4
 """Damping of the Hessian, relative to its diagonal [-]."""
@@ -182,28 +182,7 @@ class GaussNewton:
         initial_velocity: Float64[np.ndarray, "2 6"],
     ) -> Float64[np.ndarray, "h 2 6"]:
         """Velocities within the limits on speed and acceleration, one step after the other."""
-        parts = velocities.reshape(-1, 2, 2, 3).transpose(1, 2, 0, 3).tolist()
-        starts = initial_velocity.reshape(2, 2, 3).tolist()
-        bounds = np.hstack([self.limits.speed_bounds, self.limits.acceleration_bounds]).tolist()
-        bounded = np.zeros((len(velocities), 2, 2, 3))
-        for end in range(2):
-            for kind, (speed, acceleration) in enumerate(bounds):
-                wanted, last = parts[end][kind], starts[end][kind]
-                if any(map(any, (last, *wanted))):
-                    change = acceleration * self.time_step
-                    bounded[:, end, kind] = _bounded_vector(wanted, last, speed, change)
-        return bounded.reshape(-1, 2, 6)
-
-
-def _bounded_vector(
-    velocities: list[list[float]], last: list[float], speed: float, max_change: float
-) -> list[tuple[float, float, float]]:
-    """Velocities of one vector, as plain numbers, within bounds on speed and change."""
-    lx, ly, lz = last
-    bounded = []
-    for velocity in velocities:
-        x, y, z = shortened(*velocity, speed)
-        x, y, z = shortened(x - lx, y - ly, z - lz, max_change)
-        lx, ly, lz = lx + x, ly + y, lz + z
-        bounded.append((lx, ly, lz))
-    return bounded
+        bounded = np.empty_like(velocities)
+        arrays = rows_of(initial_velocity), rows_of(velocities), bounds_of(self.limits)
+        kernel("bound_velocities")(*arrays, bounded.reshape(-1, 3), self.time_step)
+        return bounded

@@ -11,15 +11,18 @@ import math
 
 import numpy as np
 
+from lariat.geometry import poses
 from lariat.trajectory import (
     MotionLimits,
     MotionSequence,
     MotionState,
     SetpointChunk,
-    stopping_states,
 )
+from services.controller.mpc.motion_kernels import bounds_of, kernel, rows_of
 from shared.motion_contract import CHUNK_SPAN
 
+STOP_POINTS = 64
+"""Points of a stop for which there is room; one that needs more is computed again."""
 OVERLAP_POINTS = 3
 """Published points that every chunk repeats before the last one that is kept."""
 
@@ -86,8 +89,7 @@ class SetpointStream:
         """
         kept = self._kept(commit)
         begun = kept if motions is None else MotionSequence.joined(kept, motions)
-        stop = stopping_states(begun[-1], self.limits, self.dt * 1e-9)
-        return self._chunk(commit, MotionSequence.joined(begun, stop))
+        return self._chunk(commit, MotionSequence.joined(begun, self._stop(begun[-1])))
 
     def continued(self, commit: int) -> SetpointChunk:
         """Chunk that goes on to the published end.
@@ -97,6 +99,23 @@ class SetpointStream:
         """
         rest = self._motions.between(max(commit + 1 - self._first, 0))
         return self._chunk(commit, MotionSequence.joined(self._kept(commit), rest))
+
+    def _stop(self, state: MotionState) -> MotionSequence:
+        """States of a stop from a state, the last one exactly at rest."""
+        count, results = STOP_POINTS, np.empty(1)
+        while True:
+            motion = np.empty((3, count, *state.twists.shape))
+            twists, accelerations = rows_of(state.twists), rows_of(state.accelerations)
+            arrays = twists, accelerations, bounds_of(self.limits), motion.reshape(-1, 3), results
+            kernel("stop_grips")(*arrays, self.dt * 1e-9)
+            needed = int(results[0])
+            if needed <= count:
+                break
+            count = needed
+        displacements, twists, accelerations = motion[:, :needed]
+        orientations = poses.turned(displacements[:, :, 1], state.orientations)
+        positions = state.positions + displacements[:, :, 0]
+        return MotionSequence(positions, orientations, twists, accelerations)
 
     def _kept(self, commit: int) -> MotionSequence:
         """Published states that a chunk repeats, up to the last one that is kept."""

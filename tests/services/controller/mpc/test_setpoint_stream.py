@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from lariat.trajectory import MotionSequence, MotionState
-from services.controller.mpc.setpoint_stream import SetpointStream
+from lariat.trajectory import MotionSequence, MotionState, stopping_states
+from services.controller.mpc.setpoint_stream import STOP_POINTS, SetpointStream
 from shared.motion_contract import LEAST_CHUNK_SPAN
 from shared.scenario.sections import Limits
 from tests.services.controller.cell import grips
@@ -64,3 +65,22 @@ def test_chunk_without_new_motions_stops_sooner_than_the_published_one() -> None
     # From 0.2 m/s with 2 m/s^2, limited in jerk: 10 mm and a little more.
     assert 0.010 < stopped - begun < 0.016
     assert published - stopped > 0.04
+
+
+@pytest.mark.parametrize(("share", "scale"), [(1.0, 0.1), (1.0, 0.0), (0.01, 0.3)])
+def test_stop_is_that_of_its_formula(share: float, scale: float) -> None:
+    random, limits = np.random.default_rng(0), Limits().scaled(share)
+    twists, accelerations = scale * random.normal(size=(2, 2, 2, 3))
+    accelerations[1], twists[0, 1] = 0.0, 0.0
+    moving = MotionState(REST.positions, REST.orientations, twists, accelerations)
+    stream = SetpointStream(moving, 0, 20_000_000, limits)
+    stream.extended(stream.index_at(0))
+    expected = stopping_states(moving, limits, 0.02)
+    assert (len(expected) > STOP_POINTS) == (share < 1.0)
+    for k in range(len(expected)):
+        state = stream.motion(stream.index_at(0) + 1 + k)
+        np.testing.assert_allclose(state.positions, expected[k].positions, atol=1e-12)
+        np.testing.assert_allclose(state.orientations, expected[k].orientations, atol=1e-12)
+        np.testing.assert_allclose(state.twists, expected[k].twists, atol=1e-12)
+        np.testing.assert_allclose(state.accelerations, expected[k].accelerations, atol=1e-11)
+    assert stream.resting_from(stream.index_at(0) + max(len(expected), 1))

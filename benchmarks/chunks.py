@@ -1,9 +1,7 @@
 """Time that the gateway's tick takes with the longest chunks: `lariat bench chunks`.
 
 Processor time of a step, without that of the emulated arms, which step in the same process. Every
-tick holds a new chunk; a controller sends one at every second or third. The check of a chunk takes
-two ticks where an arm has joints, so that every tick checks a piece and half of the chunks are
-followed.
+tick holds a new chunk; a controller sends one at every second or third.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Cell: all arms that hold one rope, stepped with chunks, commands, obstacles and time.
 
-Every tick checks the watchdog and a piece of a chunk, advances the commanded motion or its stop,
+Every tick checks the watchdog and the newest chunk, advances the commanded motion or its stop,
 sends it to the arms and checks their feedback. All arms stop together, because some rules couple
 the ends.
 """

@@ -1,8 +1,7 @@
 """Control of writers: whose setpoints are followed, and when they have been checked.
 
-A chunk that arrives is checked in pieces, one a tick, while the arms follow the one before. It is
-followed once every rule has passed, unless the cell has stopped meanwhile. A newer chunk waits for
-the end of a check that has begun, so that a writer of many chunks is followed too.
+Of the chunks that arrive in a tick, the newest one that keeps every rule is followed, unless the
+cell has stopped meanwhile.
 """
 
 from __future__ import annotations
@@ -11,7 +10,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from lariat.trajectory import SetpointChunk
-from services.robot_gateway.motion.chunk_check import ChunkCheck
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.motion.setpoint_sources import SetpointSources
 from services.robot_gateway.motion.validation import ChunkRefused, check_length
@@ -38,12 +36,12 @@ class WriterChunk:
 
 @dataclass(frozen=True)
 class Candidate:
-    """Chunk of the followed writer that waits for the end of its check."""
+    """Chunk of the followed writer that waits for the tick's check."""
 
-    check: ChunkCheck
-    """The check."""
     message: WriterChunk
     """The setpoints as they were sent."""
+    offset: int
+    """Offset from the clock of the writer to that of the gateway [ns]."""
     stops: int
     """Number of stops of the command before they arrived."""
 
@@ -71,12 +69,8 @@ class WriterControl:
         self._watchdog = watchdog
         self._listening = listening
         self._sources = SetpointSources()
-        self._newer: list[Candidate] = []
-        """Chunks that wait for the end of the present check, the newest one first."""
-        self._older: list[Candidate] = []
-        """Chunks that came with the one that is checked, in case it is refused."""
-        self._checked: Candidate | None = None
-        """Chunk whose check has begun."""
+        self._waiting: list[Candidate] = []
+        """Chunks that wait for the tick's check, the newest one first."""
         self._session = ""
         """Session of the writer whose messages are numbered below."""
         self.sequence = 0
@@ -104,7 +98,7 @@ class WriterControl:
         self._watchdog.feed(now)
         self.sequence = sequence
         # What it sent before is not what it wants any more.
-        self._newer, self._older, self._checked = [], [], None
+        self._waiting = []
         return True
 
     def take_chunks(self, arrived: Iterable[WriterChunk]) -> None:
@@ -128,28 +122,19 @@ class WriterControl:
                 taken += [candidate] if candidate else []
             if looked_at == MAX_WAITING_CHUNKS:
                 break
-        self._newer = taken or self._newer
+        self._waiting = taken
 
     def advance(self, now: int) -> None:
-        """Check one piece of a chunk at `now` [ns], and follow the chunk whose check is passed."""
-        candidate = self._next()
-        if candidate is None:
-            return
-        message, check = candidate.message, candidate.check
-        try:
-            # A message that the bus delivers twice, or late, may have waited beside its successor.
-            self._sources.check_sequence(message.session, message.sequence, now)
-            if not self._follower.advance(check, now):
-                self._checked = candidate
-                return
-        except ChunkRefused as refused:
-            self._refuse(refused, None if refused.rule == "ordered" else message.sequence)
-            return
-        self._older = []
-        self._sources.accept(message.session, message.sequence, message.received, check.offset)
-        self.sequence = message.sequence
-        self._follower.follow(check.spline, now)
-        self._control.safety = self._control.safety.moving(True)
+        """Check the chunks that wait at `now` [ns], and follow the newest one that passes."""
+        waiting, self._waiting = self._waiting, []
+        for candidate in waiting:
+            if self._listening() and candidate.stops == self._follower.stops:
+                try:
+                    self._follow(candidate, now)
+                    return
+                except ChunkRefused as refused:
+                    sequence = None if refused.rule == "ordered" else candidate.message.sequence
+                    self._refuse(refused, sequence)
 
     def forget_refusal(self) -> None:
         """Forget the last refusal, after a person has permitted motion."""
@@ -185,21 +170,24 @@ class WriterControl:
         if not self._listening():
             return None
         check_length(chunk, self._follower.tolerances)
-        check = self._follower.begin_check(chunk, now, offset)
+        self._follower.check_receipt(chunk, now, offset)
         self._watchdog.feed(now)
-        return Candidate(check, message, self._follower.stops)
+        return Candidate(message, offset, self._follower.stops)
 
-    def _next(self) -> Candidate | None:
-        """Take the chunk whose turn it is; None where none is left that no stop has made void."""
-        listening, stops = self._listening(), self._follower.stops
-        candidate, self._checked = self._checked, None
-        while candidate is None or not listening or candidate.stops != stops:
-            if not self._older:
-                self._older, self._newer = self._newer, []
-            if not self._older:
-                return None
-            candidate = self._older.pop(0)
-        return candidate
+    def _follow(self, candidate: Candidate, now: int) -> None:
+        """Follow a chunk from now on [ns].
+
+        Raises:
+            ChunkRefused: The chunk breaks a rule, or came twice.
+        """
+        message, offset = candidate.message, candidate.offset
+        # A message that the bus delivers twice, or late, may have waited beside its successor.
+        self._sources.check_sequence(message.session, message.sequence, now)
+        spline = self._follower.check(message.chunk, now, offset)
+        self._sources.accept(message.session, message.sequence, message.received, offset)
+        self.sequence = message.sequence
+        self._follower.follow(spline, now)
+        self._control.safety = self._control.safety.moving(True)
 
     def _admit(self, session: str, sequence: int, now: int, start: int) -> int:
         """Return the offset from a writer's clock to the gateway's [ns].

@@ -166,27 +166,6 @@ class MotionConstraints:
             result["spacing"], result["overstretch"] = table[:, 3], table[:, 4]
         return result
 
-    def slacks_of_bodies(
-        self,
-        bodies: Sequence[Obstacle],
-        positions: Float64[np.ndarray, "m ends 3"],
-        orientations: Float64[np.ndarray, "m ends 4"],
-    ) -> Slacks:
-        """Return the slacks of the rules that some obstacles of the scene can break [m].
-
-        Args:
-            bodies: The obstacles, for the rules on grippers; the rope goes round all of the scene.
-            positions: Positions of all ends at m poses [m].
-            orientations: Their orientations, wxyz.
-        """
-        collision = CollisionConstraint(self.boundaries.keep_out)
-        collision.scene = ObstacleScene(bodies)
-        result = collision.slacks(self.gripper_centres(positions, orientations), self._radii)
-        if positions.shape[1] == 2:
-            distances = grip_distances(positions)
-            result["overstretch"] = self.rope_length.slack(positions, distances)
-        return result
-
     def gripper_centres(
         self,
         positions: Float64[np.ndarray, "m ends 3"],

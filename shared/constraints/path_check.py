@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState
 from shared.constraints.joints import (
@@ -87,27 +86,6 @@ class PathCheck:
         """
         path = densified(positions, orientations)
         return self._broken_by_grippers(state, *path, CHUNK_BOUNDARY_MARGIN)
-
-    def chunk_broken_near_bodies(
-        self,
-        bodies: Sequence[Obstacle],
-        state: MotionState,
-        positions: Positions,
-        orientations: Orientations,
-    ) -> tuple[Rule, float] | None:
-        """Return the rule that grips and grippers break near some obstacles, and by how much [m].
-
-        With it, a chunk that kept every rule before these obstacles came keeps them still.
-
-        Args:
-            bodies: Obstacles of the scene that are new or have moved.
-            state: Present command.
-            positions: Positions of the driven grips that are still to come [m].
-            orientations: Their orientations, wxyz.
-        """
-        path = self._from_present(state, *densified(positions, orientations))
-        slacks = self.constraints.slacks_of_bodies(bodies, *path)
-        return first_broken(slacks, CHUNK_BOUNDARY_MARGIN)
 
     def chunk_broken_by_arms(
         self, state: MotionState, positions: Positions, orientations: Orientations, dt: float

@@ -24,7 +24,7 @@ from lariat.trajectory import (
 )
 from lariat.trajectory.limits import norms
 from services.robot_gateway.motion import motion_kernels, validation
-from services.robot_gateway.motion.chunk_check import ChunkCheck
+from services.robot_gateway.motion.chunk_check import check_rules
 from services.robot_gateway.motion.reference_tracking import (
     Braking,
     NextCommand,
@@ -148,24 +148,8 @@ class SetpointFollower:
             return 0.0, 0.0
         return validation.gap(self.state, self._reference(now))
 
-    def check(self, chunk: SetpointChunk, now: int, offset: int = 0) -> Spline:
-        """Return the curve of a chunk that may be followed, all pieces checked at once.
-
-        Args:
-            chunk: Setpoints of the driven ends.
-            now: Present time [ns].
-            offset: Offset from the clock of the writer to that of the gateway [ns].
-
-        Raises:
-            ChunkRefused: The chunk breaks a rule, which the exception names.
-        """
-        check = self.begin_check(chunk, now, offset)
-        while not self.advance(check, now):
-            pass
-        return check.spline
-
-    def begin_check(self, chunk: SetpointChunk, now: int, offset: int = 0) -> ChunkCheck:
-        """Return the check of a chunk that is well-formed and fresh, before its first piece.
+    def check_receipt(self, chunk: SetpointChunk, now: int, offset: int = 0) -> None:
+        """Check that a chunk is well-formed and fresh.
 
         Args:
             chunk: Setpoints of the driven ends.
@@ -177,15 +161,23 @@ class SetpointFollower:
         """
         validation.check_finite(chunk, len(self.driven), self.tolerances)
         validation.check_fresh(chunk, now, offset, self.tolerances)
-        return ChunkCheck(chunk, offset, self.paths, self.limits, self.tolerances, self._spline)
 
-    def advance(self, check: ChunkCheck, now: int) -> bool:
-        """Check the next piece of a chunk at `now` [ns]; return whether its curve may be followed.
+    def check(self, chunk: SetpointChunk, now: int, offset: int = 0) -> Spline:
+        """Return the curve of a chunk that may be followed from now on.
+
+        Args:
+            chunk: Setpoints of the driven ends.
+            now: Present time [ns].
+            offset: Offset from the clock of the writer to that of the gateway [ns].
 
         Raises:
             ChunkRefused: The chunk breaks a rule, which the exception names.
         """
-        return check.advance(now, self.state, self._time or now)
+        self.check_receipt(chunk, now, offset)
+        spline = self._spline(chunk, chunk.start + offset)
+        check_rules(chunk, spline, now, self.state, self.paths, self.limits, self.tolerances)
+        validation.check_step(spline, self._time or now, self.state, self.tolerances)
+        return spline
 
     def follow(self, spline: Spline, now: int) -> None:
         """Take over from the present motion to a checked curve."""
@@ -207,7 +199,7 @@ class SetpointFollower:
         self.stops += 1
 
     def finish(self) -> None:
-        """Stay at the end of the chunk, which is reached; a chunk that is being checked goes on."""
+        """Stay at the end of the chunk, which is reached."""
         self._reference = None
 
     def step(self, before: int, now: int, brake: bool = False) -> Rule | None:

@@ -106,7 +106,7 @@ class CompiledKernel:
         """Return a call whose first arguments stay; the memory of arrays stays with it.
 
         Args:
-            arguments: The kernel's arguments, without the numbers at its end that each run is given.
+            arguments: The kernel's arguments, without numbers at its end that each run is given.
 
         Raises:
             TypeError: An argument is another one than the kernel takes, or an array lacks.

@@ -244,9 +244,9 @@ class PathCheck:
         self, positions: Positions, orientations: Orientations
     ) -> tuple[Float64[np.ndarray, "m ends 3"], Float64[np.ndarray, "m ends 4"]]:
         """Return the poses of all ends for poses of the driven ones."""
-        count = len(positions)
-        if len(self.driven) == len(self._positions):
+        if self.driven == list(range(len(self._positions))):
             return positions, orientations
+        count = len(positions)
         all_positions = np.repeat(self._positions[None], count, axis=0)
         all_orientations = np.repeat(self._orientations[None], count, axis=0)
         all_positions[:, self.driven] = positions

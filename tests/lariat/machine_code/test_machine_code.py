@@ -19,6 +19,7 @@ from lariat.rod.launch import machine_code
 from lariat.rod.launch.machine_code import SOURCE
 from services.perception.centerline.chain_fit import KERNEL
 from services.sim.camera import camera_kernels
+from shared.constraints.sphere_kernels import LEAST_DISTANCES
 
 has_assembler = pytest.mark.skipif(
     not (shutil.which("as") and shutil.which("ld")), reason="as and ld are not installed"
@@ -284,6 +285,25 @@ def test_a_compiled_kernel_refuses_other_arrays_than_it_takes() -> None:
         compiled(depth, z_buffer[:, ::2], *others)
     with pytest.raises(TypeError, match="expected 5 arguments, got 2"):
         compiled(depth, z_buffer)
+
+
+@has_assembler
+def test_a_prepared_call_sees_what_its_arrays_hold_and_takes_the_last_numbers() -> None:
+    compiled = library.compiled_kernel(LEAST_DISTANCES)
+    assert compiled is not None
+    left, right, distances = np.zeros((3, 3)), np.ones((3, 3)), np.zeros(3)
+    arrays = left, np.zeros(1), right, np.zeros(1), distances
+    call = compiled.prepared(*arrays)
+    call(2)
+    np.testing.assert_allclose(distances, [np.sqrt(3.0), np.sqrt(3.0), 0.0])
+    right[1] = left[1]
+    call(3)
+    np.testing.assert_allclose(distances, [np.sqrt(3.0), 0.0, np.sqrt(3.0)])
+    for numbers in ((), (3, 3)):
+        with pytest.raises(ValueError, match="zip"):
+            call(*numbers)
+    with pytest.raises(TypeError, match="expected all arrays"):
+        compiled.prepared(*arrays[:-1])
 
 
 @has_assembler

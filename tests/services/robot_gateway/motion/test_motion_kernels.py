@@ -51,13 +51,18 @@ def test_reference_is_that_of_numpy(count: int) -> None:
     positions = 0.01 * np.cumsum(rng.normal(size=(12, count, 3)), axis=0)
     chunk = SetpointChunk(0, 0.02, positions, poses.normalized(turns))
     origin, kernel = state(rng, count, 0.3), ReferenceKernel(KERNELS[0], count)
-    other = CompiledSpline(kernel, replace(chunk, positions=chunk.positions + 1.0), 0)
+    longer = replace(
+        chunk,
+        positions=np.tile(chunk.positions + 1.0, (9, 1, 1)),
+        orientations=np.tile(chunk.orientations, (9, 1, 1)),
+    )
+    other, plain_other = CompiledSpline(kernel, longer, 0), Spline(longer, 0)
     spline, curve = Spline(chunk, 40_000_000), CompiledSpline(kernel, chunk, 40_000_000)
     # The curve begins after the transition: before its first pose it goes on straight.
     plain = Blend(spline, origin, TICK, 0.1)
     compiled = CompiledBlend(curve, origin, TICK, 0.1)
     for now in range(TICK, 400_000_000, 7_000_000):
-        other(now)
+        assert_same(other(now), plain_other(now))
         assert_same(curve(now), spline(now))
         assert_same(compiled(now), plain(now))
 

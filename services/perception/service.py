@@ -115,7 +115,7 @@ class PerceptionService:
         self._search = SearchBeside(
             scenario.limits, scenario.rope.diameter, scenario.sensing.depth_noise
         )
-        # A search takes as long as the rope: it is made one step later, mostly one without an image.
+        # A search is made one step after its images, mostly one without images of its own.
         self._next_search: tuple[Callable[[], Sequence[SeenLine]], int] | None = None
         self._resets, self._restores = ResetCounter(), ResetCounter()
         self._published = -SECOND

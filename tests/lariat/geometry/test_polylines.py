@@ -88,6 +88,7 @@ def test_end_tangents_are_those_of_the_curve_and_not_of_its_outer_edges() -> Non
 def test_point_distances_are_those_of_every_pair() -> None:
     found = polylines.point_distances(CORNER, CORNER[:2])
     np.testing.assert_allclose(found, [[0.0, 3.0], [3.0, 0.0], [np.sqrt(10.0), 1.0]])
+    np.testing.assert_allclose(polylines.least_distances(CORNER, CORNER[:2]), [0.0, 0.0, 1.0])
 
 
 def test_end_angles_of_an_arc_are_those_of_its_tangents() -> None:

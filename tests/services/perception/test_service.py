@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry import polylines
+from services.perception.service import PerceptionService
 from shared import topics
 from shared.messages import (
     NodeChain,
@@ -17,6 +18,8 @@ from shared.messages import (
     timestamp,
 )
 from shared.scenario.cameras import DEFAULT_CAMERA
+from shared.service import SECOND
+from stack.simulation.simulated_time import Delivery
 from tests.services.perception.cell import Cell, scenario
 
 COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)
@@ -249,3 +252,22 @@ def test_another_rope_is_published_where_it_is_and_only_where_there_is_one(
         if not m.lost
     ]
     assert np.mean(errors) < 1e-3
+
+
+def test_other_ropes_are_searched_in_a_step_of_their_own() -> None:
+    points = [[0.05, -0.15, 0.26], [0.05, 0.15, 0.28]]
+    cell = Cell(scenario(f"\n[[distractors]]\npoints = {points}\ndiameter = 0.008\n"))
+    published: dict[str, dict[int, int]] = {}
+
+    def note(delivery: Delivery) -> None:
+        if delivery.key in (topics.ROPE_NODES.key, topics.ROPE_OTHERS.key):
+            times = published.setdefault(delivery.key, {})
+            times[delivery.parse().stamp] = delivery.published
+
+    cell.stack.taps.append(note)
+    cell.run(0.5)
+    ropes, others = (published[t.key] for t in (topics.ROPE_NODES, topics.ROPE_OTHERS))
+    assert len(others) > 3
+    for stamp, time in others.items():
+        assert time - ropes[stamp] == pytest.approx(SECOND / PerceptionService.rate, abs=1)
+        assert time not in ropes.values()

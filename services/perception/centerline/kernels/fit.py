@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from services.perception.centerline.bandwidth import BANDWIDTH, MARGIN
+from services.perception.centerline.bandwidth import MARGIN
 from services.perception.centerline.kernels.banded_cholesky import (
     factorize,
     substitute_back,

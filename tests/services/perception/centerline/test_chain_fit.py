@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry import polylines, poses
+from services.perception.centerline.bandwidth import BANDWIDTH, MARGIN
 from services.perception.centerline.chain_fit import ChainFit, Fit
 from tests.services.perception.scenes import CAMERA, ROPE, curve
 
@@ -124,3 +125,18 @@ def test_outlying_ranges_are_counted_and_do_not_move_the_chain(count: int) -> No
     )
     assert fit.outliers == pytest.approx(count / 300, rel=0.01)
     assert np.max(np.linalg.norm(fit.nodes - nodes, axis=1)) < 1e-3
+
+
+def test_sigma_is_that_of_the_inverse_of_the_normal_equations() -> None:
+    nodes = curve(3)
+    solver = ChainFit(ROPE.node_count, ROPE.length)
+    dense = polylines.resample(nodes, 300)
+    segments = np.minimum(np.linspace(0, len(nodes) - 1, 300).astype(int), len(nodes) - 2)
+    anchors = np.zeros((len(nodes), 4))
+    fit = solver.solve(nodes, samples(dense, True), segments, EYE, anchors)
+    band = solver._scratch[0][MARGIN:-MARGIN, 0]
+    factor = np.diag(1.0 / band[:, 0])
+    for k in range(1, BANDWIDTH):
+        factor += np.diag(band[k:, k], -k)
+    variance = np.diag(np.linalg.inv(factor @ factor.T)).reshape(-1, 3).sum(axis=1)
+    np.testing.assert_allclose(fit.sigma, np.sqrt(variance), rtol=1e-6)

@@ -91,6 +91,7 @@ def test_indexes_tell_where_each_message_of_a_chunk_is() -> None:
     assert [(time, head[0], head[15:]) for time, head in found] == [
         (time, Opcode.MESSAGE, struct.pack("<Q", time)) for time in (*TIMES[::2], *TIMES[1::2])
     ]
+    stream.seek(0)
     summary = make_reader(stream).get_summary()
     assert summary is not None
     (place,) = summary.chunk_indexes

@@ -17,8 +17,8 @@ from shared.messages import (
     chain,
     timestamp,
 )
+from shared.runtime.service import SECOND
 from shared.scenario.cameras import DEFAULT_CAMERA
-from shared.service import SECOND
 from stack.simulation.simulated_time import Delivery
 from tests.services.perception.cell import Cell, scenario
 

@@ -29,11 +29,11 @@ MIN_SETTLING_TIME = 0.5
 """Least time for which the rope settles at a reset [s]."""
 MAX_SETTLING_CHECKS = 400
 """Largest number of checks whether the rope has settled."""
-DIVERGENCE = (
-    mujoco.mjtWarning.mjWARN_BADQPOS,
-    mujoco.mjtWarning.mjWARN_BADQVEL,
-    mujoco.mjtWarning.mjWARN_BADQACC,
-)
+DIVERGENCE = [
+    int(mujoco.mjtWarning.mjWARN_BADQPOS),
+    int(mujoco.mjtWarning.mjWARN_BADQVEL),
+    int(mujoco.mjtWarning.mjWARN_BADQACC),
+]
 """Warnings of the engine that its numbers have become infinite or huge."""
 STEPS_PER_CHECK = 10
 """Steps of the engine between two of these checks."""
@@ -65,10 +65,18 @@ class MujocoPlant:
             for p, q in zip(self._state.mocap_pos, self._state.mocap_quat, strict=True)
         ]
         self._remainder = 0.0
+        self._moved = False
+        """Whether the engine has made steps, or grips have moved, since its last kinematics."""
 
     @property
     def nodes(self) -> Float64[np.ndarray, "n 3"]:
         """Node positions, left end first [m]."""
+        if self._moved:
+            # Kinematics again, so that the clamped vertices are where the grips are.
+            self._place(self._ends)
+            mujoco.mj_kinematics(self._model, self._state)
+            mujoco.mj_flex(self._model, self._state)
+            self._moved = False
         return self._rope.nodes(self._state)
 
     def reset(
@@ -95,6 +103,7 @@ class MujocoPlant:
             )
         self._ends = [EndMotion(left), EndMotion(right)]
         self._remainder = 0.0
+        self._moved = False
         curve = slack_curve(left, right, length, n) if guess is None else guess
         curve = polylines.resample(np.asarray(curve, float), n)
         grips = [part for end in self._ends for part in (end.pose.position, end.pose.orientation)]
@@ -121,11 +130,13 @@ class MujocoPlant:
             self._move_obstacles(obstacles)
             return
         old = self._state
+        self._place(self._ends)
         self._build(obstacles)
         self._state.time = old.time
         for name in ("qpos", "qvel", "mocap_pos", "mocap_quat", "qacc_warmstart", "eq_active"):
             getattr(self._state, name)[:] = getattr(old, name)
         mujoco.mj_forward(self._model, self._state)
+        self._moved = False
 
     def step(self, left: EndMotion, right: EndMotion, duration: float) -> None:
         """Move the grips to their new motion within `duration` [s], and the rope with them.
@@ -135,23 +146,20 @@ class MujocoPlant:
         Raises:
             ConfigurationError: The engine cannot simulate this rope.
         """
-        goals = [left, right]
+        goals, state = [left, right], self._state
         if duration > 0.0:
             first = TIMESTEP - self._remainder
             count = max(0, 1 + math.floor((duration - first) / TIMESTEP + 1e-9))
             times = np.minimum(first + TIMESTEP * np.arange(count), duration)
             positions, orientations = interpolate(self._ends, goals, duration, times)
             for k in range(count):
-                self._state.mocap_pos[: len(goals)] = positions[:, k]
-                self._state.mocap_quat[: len(goals)] = orientations[:, k]
+                state.mocap_pos[:] = positions[:, k]
+                state.mocap_quat[:] = orientations[:, k]
                 self._advance()
             self._remainder = duration - (first + TIMESTEP * (count - 1))
             self._check()
         self._ends = goals
-        # Kinematics again, so that the clamped vertices are where the grips are.
-        self._place(goals)
-        mujoco.mj_kinematics(self._model, self._state)
-        mujoco.mj_flex(self._model, self._state)
+        self._moved = True
 
     def _move_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Put the obstacles of the model elsewhere, without a new model."""
@@ -188,7 +196,7 @@ class MujocoPlant:
 
     def _check(self) -> None:
         """Raise an error where the engine's numbers have become infinite or huge."""
-        if any(self._state.warning[kind].number for kind in DIVERGENCE):
+        if self._state.warning.number[DIVERGENCE].any():
             rope = self._rope.rope
             raise ConfigurationError(
                 f"MuJoCo's simulation of the rope diverges with {rope.node_count} nodes and "

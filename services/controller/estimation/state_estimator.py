@@ -357,7 +357,7 @@ class StateEstimator:
         deviation = np.sqrt(self._variance + sigma**2)
         typical = settings.outlier_distance + settings.outlier_deviations * deviation
         gain = gain * np.minimum(1.0, typical / np.maximum(miss, 1e-12))
-        wanted = np.where(observed[:, None], error, self._interpolated(error, observed))
+        wanted = error if observed.all() else self._interpolated(error, observed)
         self.offset = self.offset + gain[:, None] * (wanted - self.offset)
         self._variance = np.where(observed, (1.0 - gain) * self._variance, self._variance)
         # The end nodes are where the grips are.
@@ -388,11 +388,13 @@ class StateEstimator:
     def _interpolated(
         self, error: Float64[np.ndarray, "n 3"], observed: Bool[np.ndarray, "n"]
     ) -> Float64[np.ndarray, "n 3"]:
-        """Offsets of all nodes, interpolated between observed nodes and zero at the grips [m]."""
+        """Offsets of all nodes: those of observed ones, between which and zero at the grips the
+        others are interpolated [m]."""
         known = observed.copy()
         known[[0, -1]] = True
         values = np.where(observed[:, None], error, 0.0)
         values[[0, -1]] = 0.0
         (at,) = np.nonzero(known)
         index = np.arange(len(known))
-        return np.stack([np.interp(index, at, values[at, k]) for k in range(3)], axis=1)
+        between = np.stack([np.interp(index, at, values[at, k]) for k in range(3)], axis=1)
+        return np.where(observed[:, None], error, between)

@@ -10,6 +10,7 @@ along the motion already decided.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -247,10 +248,8 @@ class RecedingHorizonController:
         acceleration = commanded.accelerations - referred.accelerations
         planned = np.concatenate([velocity[None], plan.velocities])
         count = round((len(planned) - 1) * step / dt)
-        at_setpoints = np.minimum(np.arange(count + 1) * dt / step, len(planned) - 1.0)
-        before = np.minimum(at_setpoints.astype(int), len(planned) - 2)
-        share = (at_setpoints - before)[:, None, None, None]
-        wanted = (1.0 - share) * planned[before] + share * planned[before + 1]
+        shares = _shares(len(planned), count, dt, step)
+        wanted = (shares @ planned.reshape(len(planned), -1)).reshape(-1, *velocity.shape)
         moved = track(offset, velocity, acceleration, wanted, self.offset_limits, dt)
         along = reference.motions(index + 1, count)
         orientations = along.orientations
@@ -262,3 +261,17 @@ class RecedingHorizonController:
             along.twists + moved.velocities,
             along.accelerations + moved.accelerations,
         )
+
+
+@lru_cache
+def _shares(given: int, count: int, dt: float, step: float) -> Float64[np.ndarray, "t k"]:
+    """Shares of values at the ends of k - 1 steps in those that are interpolated between them.
+
+    Args:
+        given: Number k of values.
+        count: Number of interpolated values after the first one.
+        dt: Time between interpolated values [s].
+        step: Duration of a step [s].
+    """
+    at = np.minimum(np.arange(count + 1) * dt / step, given - 1.0)
+    return np.maximum(1.0 - np.abs(at[:, None] - np.arange(given)), 0.0)

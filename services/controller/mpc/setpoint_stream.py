@@ -88,8 +88,8 @@ class SetpointStream:
             motions: New motions, at least one; without them it stops from that point.
         """
         kept = self._kept(commit)
-        begun = kept if motions is None else MotionSequence.joined(kept, motions)
-        return self._chunk(commit, MotionSequence.joined(begun, self._stop(begun[-1])))
+        begun = [kept] if motions is None else [kept, motions]
+        return self._chunk(commit, *begun, self._stop(begun[-1][-1]))
 
     def continued(self, commit: int) -> SetpointChunk:
         """Chunk that goes on to the published end.
@@ -98,7 +98,7 @@ class SetpointStream:
             commit: Index of the last point that is kept.
         """
         rest = self._motions.between(max(commit + 1 - self._first, 0))
-        return self._chunk(commit, MotionSequence.joined(self._kept(commit), rest))
+        return self._chunk(commit, self._kept(commit), rest)
 
     def _stop(self, state: MotionState) -> MotionSequence:
         """States of a stop from a state, the last one exactly at rest."""
@@ -125,15 +125,15 @@ class SetpointStream:
         before = [self.motion(k) for k in range(commit - OVERLAP_POINTS, commit + 1)]
         return MotionSequence.joined(*(MotionSequence.constant(m, 1) for m in before))
 
-    def _chunk(self, commit: int, points: MotionSequence) -> SetpointChunk:
-        """Chunk of all points, which become the published ones."""
+    def _chunk(self, commit: int, *parts: MotionSequence) -> SetpointChunk:
+        """Chunk of all points, one part after the other, which become the published ones."""
         keep_from = commit - OVERLAP_POINTS
         min_count = math.ceil(CHUNK_SPAN / (self.dt * 1e-9)) + 1
         # Two equal points at the end: the gateway's curve comes to rest between them.
-        last = points[-1]
+        last = next(part for part in reversed(parts) if len(part))[-1]
         end = MotionState(last.positions, last.orientations, *np.zeros((2, *last.twists.shape)))
-        rest = MotionSequence.constant(end, max(min_count - len(points), 1))
-        points = MotionSequence.joined(points, rest)
+        rest = MotionSequence.constant(end, max(min_count - sum(map(len, parts)), 1))
+        points = MotionSequence.joined(*parts, rest)
         self._first, self._motions, self._latest = keep_from, points, None
         return SetpointChunk(
             self.time_of(keep_from), self.dt * 1e-9, points.positions, points.orientations

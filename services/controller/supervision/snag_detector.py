@@ -112,6 +112,8 @@ class SnagDetector:
         if self._past[-1][0] - stamp < settings.window:
             return None
         expected = np.linalg.norm(model - model_before, axis=1)
+        if np.max(expected) <= settings.min_model_motion:
+            return None
         moved = np.linalg.norm(nodes - nodes_before, axis=1)
         growth = np.linalg.norm(nodes - model, axis=1)
         growth = growth - np.linalg.norm(nodes_before - model_before, axis=1)
@@ -130,13 +132,18 @@ class SnagDetector:
         length: float,
     ) -> int | None:
         """Middle one of the nodes at which the rope is taut and the model is not."""
-        slack, expected = (length - _path_lengths(chain, model) for chain in (nodes, model))
+        slack = length - _path_lengths(nodes, model)
         taut = slack < self.settings.taut_slack * length
+        if not taut.any():
+            return None
+        expected = length - _path_lengths(model, model)
         model_slack = expected > slack + self.settings.model_slack * length
         return self._middle(observed & taut & model_slack)
 
     def _middle(self, chosen: Bool[np.ndarray, "n"]) -> int | None:
         """Middle of the longest sequence of chosen nodes, if that is long enough."""
+        if not chosen.any():
+            return None
         edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int)))
         runs = [(b - a, (a + b) // 2) for a, b in pairwise(edges.tolist())][::2]
         longest, middle = max(runs, default=(0, 0))

@@ -156,7 +156,7 @@ RUN python -c "from lariat.machine_code.library import compiled_kernel; \
     assert all(compiled_kernel(source) for module in modules for source in module.SOURCES)"
 
 FROM kinematics AS robot_gateway
-COPY --from=gateway_kernels /home/lariat/.cache/lariat /home/lariat/.cache/lariat
+COPY --from=gateway_kernels --chown=root /home/lariat/.cache/lariat /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/robot_gateway services/robot_gateway
 USER lariat

@@ -144,7 +144,7 @@ RUN --mount=type=bind,source=requirements/robot_gateway.txt,target=/lock.txt \
  && slim \
  && python -c "import pinocchio"
 
-# The gateway's kernels: its image has no compiler. A machine with another processor computes in NumPy.
+# The gateway's kernels: its image has no compiler. On another processor it computes in NumPy.
 FROM rod AS gateway_kernels
 COPY --from=sources / ./
 COPY services/robot_gateway services/robot_gateway

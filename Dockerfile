@@ -144,7 +144,19 @@ RUN --mount=type=bind,source=requirements/robot_gateway.txt,target=/lock.txt \
  && slim \
  && python -c "import pinocchio"
 
+# The gateway's kernels: its image has no compiler. On another processor it computes in NumPy.
+FROM rod AS gateway_kernels
+COPY --from=sources / ./
+COPY services/robot_gateway services/robot_gateway
+USER lariat
+RUN python -c "from lariat.machine_code.library import compiled_kernel; \
+    from services.robot_gateway.motion import motion_kernels; \
+    from shared.arms import path_kernel; from shared.constraints import sphere_kernels; \
+    modules = motion_kernels, path_kernel, sphere_kernels; \
+    assert all(compiled_kernel(source) for module in modules for source in module.SOURCES)"
+
 FROM kinematics AS robot_gateway
+COPY --from=gateway_kernels --chown=root /home/lariat/.cache/lariat /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/robot_gateway services/robot_gateway
 USER lariat

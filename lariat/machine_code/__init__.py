@@ -4,6 +4,6 @@ Taichi's own cache keeps the LLVM code of a kernel, but every process imports Ta
 source again to check that it has not changed, and generates the machine code again: 0.5 to 5 s a
 kernel. On a computer with an assembler, the first process that needs a kernel therefore starts
 another one that writes it into a library (`compilation`). All others load the library (`library`)
-and need no Taichi. Without an assembler, or when the library cannot be made, kernels run through
-Taichi (`taichi_runtime`).
+and need neither Taichi nor an assembler. Where there is no library and none can be made, kernels
+run through Taichi (`taichi_runtime`).
 """

@@ -18,6 +18,24 @@ from pathlib import Path
 from lariat.machine_code.kernel_source import KernelSource
 
 
+class NoCompilerError(Exception):
+    """Machine code is not kept, and cannot be compiled here: Taichi, `as` or `ld` is missing."""
+
+
+def library_folder() -> Path:
+    """Return the folder of kept machine code.
+
+    Raises:
+        RuntimeError: The user has no home.
+    """
+    return Path.home() / ".cache" / "lariat"
+
+
+def version_file(folder: Path) -> Path:
+    """Return the file in a folder of machine code with the version of Taichi that made it last."""
+    return folder / "taichi-version"
+
+
 def kernel_key(files: Iterable[Path], root: Path) -> str:
     """Return the SHA-256 of sources, compiler and processor, as 64 hexadecimal digits.
 
@@ -28,13 +46,14 @@ def kernel_key(files: Iterable[Path], root: Path) -> str:
     Raises:
         ValueError: A source lies outside `root`.
         OSError: A source cannot be read.
+        NoCompilerError: There is no Taichi, nor machine code that names its version.
     """
     content = hashlib.sha256()
     for name, path in sorted((path.relative_to(root).as_posix(), path) for path in files):
         source = path.read_bytes()
         content.update(f"{name}:{len(source)}:".encode())
         content.update(source)
-    content.update(importlib.metadata.version("taichi").encode())
+    content.update(_compiler_version().encode())
     content.update(platform.machine().encode())
     for line in Path("/proc/cpuinfo").read_text().split("\n\n")[0].splitlines():
         if line.startswith(("model", "flags", "Features", "CPU ")):
@@ -42,11 +61,23 @@ def kernel_key(files: Iterable[Path], root: Path) -> str:
     return content.hexdigest()
 
 
+def _compiler_version() -> str:
+    """Return the version of Taichi, or where there is none, of the one that made what is kept."""
+    try:
+        return importlib.metadata.version("taichi")
+    except importlib.metadata.PackageNotFoundError:
+        kept = version_file(library_folder())
+        if not kept.exists():
+            raise NoCompilerError from None
+        return kept.read_text()
+
+
 def own_key(source: KernelSource) -> str:
     """Return the key of the files below the kernel's root.
 
     Raises:
         OSError: A source cannot be read.
+        NoCompilerError: There is no Taichi, nor machine code that names its version.
     """
     return kernel_key(own_files(source), source.root)
 

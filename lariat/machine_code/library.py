@@ -10,17 +10,19 @@ import contextlib
 import ctypes
 import fcntl
 import functools
+import importlib.metadata
 import logging
 import re
 import shutil
 import subprocess
 import sys
 import time
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from lariat.machine_code.call import CompiledKernel
-from lariat.machine_code.kernel_key import own_key
+from lariat.machine_code.kernel_key import NoCompilerError, library_folder, own_key, version_file
 from lariat.machine_code.kernel_source import Kernel, KernelSource
 
 KERNEL_SYMBOL = "lariat_kernel"
@@ -69,11 +71,16 @@ def kernel(source: KernelSource) -> Kernel:
 
 @functools.cache
 def compiled_kernel(source: KernelSource) -> CompiledKernel | None:
-    """Return the kernel of a library, which is compiled if it is missing; None if that fails."""
-    if not sys.platform.startswith("linux") or not (shutil.which("as") and shutil.which("ld")):
+    """Return the kernel of a library, which is compiled if it is missing; None if that fails.
+
+    It needs no compiler where a library is kept; without either it is None, and nothing is said.
+    """
+    if not sys.platform.startswith("linux"):
         return None
     try:
-        return _own_kernel(source, Path.home() / ".cache" / "lariat")
+        return _own_kernel(source, library_folder())
+    except NoCompilerError:
+        return None
     except (OSError, RuntimeError) as error:
         logger.warning(
             "the kernel %s runs through Taichi, which costs each process 0.5 to 5 s: %s",
@@ -101,13 +108,14 @@ def _own_kernel(source: KernelSource, folder: Path) -> CompiledKernel:
 
     Raises:
         OSError: There is no such library, and none can be compiled.
+        NoCompilerError: There is none, and no compiler.
     """
     key = own_key(source)
     path = _library(source, folder, key)
     try:
         return load(path, key)
     except ForeignLibraryError as error:
-        logger.warning("%s; it is compiled again", error)
+        logger.warning("%s; it is deleted", error)
         path.unlink(missing_ok=True)
         return load(_library(source, folder, key), key)
 
@@ -117,9 +125,12 @@ def _library(source: KernelSource, folder: Path, key: str) -> Path:
 
     Raises:
         OSError: It cannot be compiled, or a compilation failed less than `RETRY_DELAY` ago.
+        NoCompilerError: It is missing, and there is no compiler.
     """
     path = library_path(folder, source.name, key)
     if not path.exists():
+        if not (find_spec("taichi") and shutil.which("as") and shutil.which("ld")):
+            raise NoCompilerError
         folder.mkdir(parents=True, exist_ok=True)
         failure = path.with_suffix(".failed")
         # One of the processes that start together compiles; the others wait for it.
@@ -165,6 +176,7 @@ def _compile(source: KernelSource, path: Path, failure: Path) -> None:
         failure.write_text(reason)
         raise OSError(reason) from cause
     failure.unlink(missing_ok=True)
+    version_file(path.parent).write_text(importlib.metadata.version("taichi"))
 
 
 def load(path: Path, key: str) -> CompiledKernel:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -166,7 +165,5 @@ class PathKernel:
 
 def compiled() -> tuple[CompiledKernel, CompiledKernel] | None:
     """Return the kernels; None where there is no compiler and none has been compiled."""
-    if not find_spec("taichi"):
-        return None
     follow, speeds = map(library.compiled_kernel, SOURCES)
     return (follow, speeds) if follow and speeds else None

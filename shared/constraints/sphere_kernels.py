@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -45,8 +44,6 @@ class SphereKernels:
     @classmethod
     def compiled(cls) -> SphereKernels | None:
         """Return the kernels; None where there is no compiler and none has been compiled."""
-        if not find_spec("taichi"):
-            return None
         found = [library.compiled_kernel(source) for source in SOURCES]
         kernels = [kernel for kernel in found if kernel is not None]
         return cls(*kernels) if len(kernels) == len(found) else None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -46,8 +45,6 @@ States = Float64[np.ndarray, "k 19"]
 
 def compiled() -> tuple[CompiledKernel, CompiledKernel] | None:
     """Return the kernels; None where there is no compiler and none has been compiled."""
-    if not find_spec("taichi"):
-        return None
     reference, command = (library.compiled_kernel(source) for source in SOURCES)
     return (reference, command) if reference and command else None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import logging
 import shutil
 import subprocess
@@ -103,6 +104,26 @@ def scaled(root: Path, current: Path, home: Path, search_path: Path) -> list[flo
     ).stdout.split()
     assert output[0] == str(root / "lariat")
     return [float(word) for word in output[1:]]
+
+
+def probe(root: Path) -> KernelSource:
+    """Return the small kernel of a checkout."""
+    return KernelSource(
+        "scale", "probe.kernels:scale", ("probe.kernels",), "probe.trials:trials", root
+    )
+
+
+def without_taichi(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let this process find neither Taichi nor its version."""
+    version, find_spec = importlib.metadata.version, library.find_spec
+
+    def other_version(name: str) -> str:
+        if name == "taichi":
+            raise importlib.metadata.PackageNotFoundError(name)
+        return version(name)
+
+    monkeypatch.setattr(importlib.metadata, "version", other_version)
+    monkeypatch.setattr(library, "find_spec", lambda name: name != "taichi" and find_spec(name))
 
 
 @pytest.fixture
@@ -212,6 +233,40 @@ def test_a_rod_needs_no_taichi() -> None:
         "sys.exit('taichi' in sys.modules)"
     )
     subprocess.run([sys.executable, "-c", program], check=True, cwd=ROOT)
+
+
+@has_assembler
+@pytest.mark.parametrize("kept", [True, False], ids=["kept", "not kept"])
+def test_without_taichi_a_kept_library_is_used(
+    kept: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    root = checkout(tmp_path / "checkout", 4.0)
+    if kept:
+        scaled(root, tmp_path, tmp_path, search_path=tmp_path)
+    without_taichi(monkeypatch)
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    compiled = library.compiled_kernel.__wrapped__(probe(root))
+    assert (compiled is not None) == kept
+    assert not caplog.text
+    if compiled is not None:
+        values = np.array([1.0, 10.0])
+        compiled(values, 0.5)
+        np.testing.assert_array_equal(values, [2.0, 20.0])
+
+
+@has_assembler
+def test_a_missing_library_is_none_without_an_assembler(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    root = checkout(tmp_path / "checkout", 4.0)
+    scaled(root, tmp_path, tmp_path, search_path=tmp_path)
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert library.compiled_kernel.__wrapped__(probe(root)) is not None
+    changed = root / "probe" / "kernels.py"
+    changed.write_text(changed.read_text() + "# changed\n")
+    assert library.compiled_kernel.__wrapped__(probe(root)) is None
+    assert not caplog.text
 
 
 @has_assembler

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from mcap import records
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapWriter
 
-from shared.recording.layout import ROBOT_DESCRIPTION_TOPIC
-from shared.recording.mcap_file import McapFile
+from shared.recording.layout import CHUNK_SIZE, ROBOT_DESCRIPTION_TOPIC
 from shared.recording.reader import Recording
 from shared.version import version
 
@@ -32,14 +33,15 @@ def copy_readable(source: Path, target: Path) -> tuple[int, str]:
     described: set[int] = set()
     count = 0
     with target.open("xb") as stream:
-        writer = McapFile(stream, f"lariat {version()}")
+        writer = McapWriter(stream, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD)
+        writer.start(profile="", library=f"lariat {version()}")
         for r in recording.records():
             match r:
                 case records.Schema() if r.id not in schemas:
                     schemas[r.id] = writer.register_schema(r.name, r.encoding, r.data)
                 case records.Channel() if r.id not in channels and r.schema_id in schemas:
                     channels[r.id] = writer.register_channel(
-                        r.topic, r.message_encoding, schemas[r.schema_id], r.metadata
+                        r.topic, r.message_encoding, schemas[r.schema_id], dict(r.metadata)
                     )
                     described |= {r.id} if r.topic == ROBOT_DESCRIPTION_TOPIC else set()
                 case records.Message() if r.channel_id in channels:
@@ -48,9 +50,9 @@ def copy_readable(source: Path, target: Path) -> tuple[int, str]:
                     )
                     count += r.channel_id not in described
                 case records.Attachment():
-                    writer.add_attachment(r)
+                    writer.add_attachment(r.create_time, r.log_time, r.name, r.media_type, r.data)
                 case records.Metadata():
-                    writer.add_metadata(r.name, r.metadata)
+                    writer.add_metadata(r.name, dict(r.metadata))
                 case _:
                     pass
         writer.finish()

@@ -9,19 +9,20 @@ from typing import IO
 
 from google.protobuf.descriptor import Descriptor, FileDescriptor
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
-from mcap.records import Attachment
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapWriter
 
 from shared.cell_description import cell_urdf
 from shared.files.bounded_file import read_file
 from shared.recording.disk_sync import DiskSync
 from shared.recording.layout import (
+    CHUNK_SIZE,
     METADATA_NAME,
     PROTOBUF,
     ROBOT_DESCRIPTION_SCHEMA,
     ROBOT_DESCRIPTION_TOPIC,
     SCENARIO_ATTACHMENT,
 )
-from shared.recording.mcap_file import McapFile
 from shared.scenario import Scenario
 from shared.scenario.scenario import MAX_NODES_FILE_SIZE
 from shared.topics import Topic
@@ -67,12 +68,15 @@ class Writer:
         """Number of messages written."""
         path.parent.mkdir(parents=True, exist_ok=True)
         self._stream: IO[bytes] = path.open("xb")
-        self._writer = McapFile(self._stream, f"lariat {version()}")
+        self._writer = McapWriter(
+            self._stream, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD
+        )
         self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[str, int] = {}
         self._flushed = self._latest = started
         self._flush_period = flush_period
         self._sync = DiskSync(self._stream.fileno(), path.parent) if synced else None
+        self._writer.start(profile="", library=f"lariat {version()}")
         about = {
             "scenario": scenario.name,
             "version": version(),
@@ -83,7 +87,7 @@ class Writer:
         self._writer.add_metadata(METADATA_NAME, {**about, **(metadata or {})})
         for name, content in _files(scenario).items():
             kind = "application/toml" if name == SCENARIO_ATTACHMENT else "text/csv"
-            self._writer.add_attachment(Attachment(0, started, name, kind, content))
+            self._writer.add_attachment(0, started, name, kind, content)
         self._write_robot_description(cell_urdf(scenario), started)
         self._stream.flush()
 

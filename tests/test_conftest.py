@@ -9,7 +9,7 @@ import pytest
 
 from tests import conftest
 
-LIVE_FILE = conftest.FOLDER / "shared" / "test_live.py"
+LIVE_FILE = conftest.FOLDER / "shared" / "runtime" / "test_live.py"
 COMPUTING_FILE = conftest.FOLDER / "shared" / "test_reset_counter.py"
 MIXED_FILE = conftest.FOLDER / "environments" / "test_shape_control.py"
 """File with a test that is marked by hand."""

@@ -287,7 +287,8 @@ class GoalEditor:
             self._goal_revision = -1
 
     def _request_goal(self) -> None:
-        if self._preview is None or not self._preview.reachable or self._stretch.problem:
+        # A browser that does not know yet that the goal has changed still offers the last one.
+        if self._preview is None or self._set.disabled:
             return
         goal = Goal()
         goal.CopyFrom(self._preview.goal)

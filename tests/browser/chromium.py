@@ -133,3 +133,19 @@ def choose(page: Page, box: str, option: str) -> None:
         else:
             return
     raise AssertionError(f"the list {box!r} shows no {option!r}")
+
+
+def press_set_goal(page: Page) -> None:
+    """Press "Set goal" until the editor closes.
+
+    A move of a drag that is still on its way disables the button under the pointer.
+    """
+    button = page.get_by_role("button", name="Set goal")
+    for _ in range(5):
+        button.click()
+        try:
+            button.wait_for(state="hidden", timeout=12_000)
+        except TimeoutError:
+            continue
+        return
+    raise AssertionError('"Set goal" does not close the editor')

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from shared.scenario import load
-from tests.browser.chromium import NO_CHROMIUM, drag, on_screen, opened
+from tests.browser.chromium import NO_CHROMIUM, drag, on_screen, opened, press_set_goal
 from tests.browser.stack import running
 
 pytestmark = NO_CHROMIUM
@@ -78,7 +78,7 @@ def test_dragged_goal_shows_how_the_rope_would_rest(page: Page) -> None:
     height = page.get_by_role("textbox").nth(5)
     assert float(height.input_value()) > 1e3 * grip[2] + 30.0
     expect(page.get_by_text("Reachable", exact=True)).to_be_visible()
-    page.get_by_role("button", name="Set goal").click()
+    press_set_goal(page)
     # At least 10 mm of way to the new goal.
     further = page.get_by_text(re.compile(r": [1-9]\d+\.\d mm to go"))
     expect(further).to_be_visible(timeout=20_000)

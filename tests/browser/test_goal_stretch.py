@@ -14,7 +14,15 @@ from lariat.geometry import polylines
 from shared import topics
 from shared.messages import TaskRequest, chain
 from tests.browser.cell import SCENARIO, Cell, opened_cell
-from tests.browser.chromium import NO_CHROMIUM, choose, comes, drag, field, on_screen
+from tests.browser.chromium import (
+    NO_CHROMIUM,
+    choose,
+    comes,
+    drag,
+    field,
+    on_screen,
+    press_set_goal,
+)
 
 pytestmark = NO_CHROMIUM
 
@@ -100,7 +108,7 @@ def test_dragged_end_keeps_the_stretch(bench: tuple[Cell, Page]) -> None:
     up = np.array([0.0, 0.0, 0.08])
     drag(page, on_screen(page, SCENARIO, arrow), on_screen(page, SCENARIO, arrow + up))
     expect(page.get_by_text("50 to 200 mm of the rope count")).to_be_visible()
-    page.get_by_role("button", name="Set goal").click()
+    press_set_goal(page)
     goal = cell.asked(topics.TASK_REQUEST).goal
     assert list(goal.part) == pytest.approx([0.05, 0.2])
     assert 0.06 < goal.left.position[2] - before[2] < 0.1
@@ -150,7 +158,7 @@ def test_goal_of_the_ends_stays_one_unless_its_switch_is_turned(bench: tuple[Cel
     height.fill(f"{float(height.input_value()) + 20.0:g}")
     height.press("Tab")
     expect(page.get_by_text("Both ends count, the shape between them is free.")).to_be_visible()
-    page.get_by_role("button", name="Set goal").click()
+    press_set_goal(page)
     goal = cell.asked(topics.TASK_REQUEST).goal
     assert goal.ends_only
     assert goal.right.position[2] == pytest.approx(of_ends.right.position[2] + 0.02, abs=1e-6)
@@ -160,5 +168,5 @@ def test_goal_of_the_ends_stays_one_unless_its_switch_is_turned(bench: tuple[Cel
     switch.uncheck()
     expect(page.get_by_text("The rope will rest in this shape.")).to_be_visible()
     expect(page.get_by_text("Pull at node")).to_be_visible()
-    page.get_by_role("button", name="Set goal").click()
+    press_set_goal(page)
     assert not cell.asked(topics.TASK_REQUEST).goal.ends_only

@@ -22,7 +22,7 @@ from shared.messages import (
     grip_pose,
 )
 from tests.browser.cell import SCENARIO, Cell
-from tests.browser.chromium import NO_CHROMIUM, comes, drag, on_screen
+from tests.browser.chromium import NO_CHROMIUM, comes, drag, on_screen, press_set_goal
 
 pytestmark = NO_CHROMIUM
 
@@ -130,7 +130,7 @@ def test_dragged_end_is_drafted_previewed_and_set(cell: tuple[Cell, Page]) -> No
     arrow = before + np.array([0.0, 0.0, 0.75 * 0.25 * SCENARIO.rope.length])
     up = np.array([0.0, 0.0, 0.08])
     drag(page, on_screen(page, SCENARIO, arrow), on_screen(page, SCENARIO, arrow + up))
-    page.get_by_role("button", name="Set goal").click()
+    press_set_goal(page)
     request = stage.asked(topics.TASK_REQUEST)
     assert request.action == TaskRequest.SET_GOAL
     moved = grip_pose(request.goal.left).position - before

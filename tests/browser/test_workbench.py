@@ -35,6 +35,7 @@ from tests.browser.chromium import (
     drag,
     field,
     on_screen,
+    press_set_goal,
 )
 
 pytestmark = NO_CHROMIUM
@@ -257,7 +258,7 @@ def test_goal_is_pulled_at_a_node(bench: tuple[Cell, Page]) -> None:
     start = on_screen(page, SCENARIO, middle + np.array([0.0, 0.0, 0.05]))
     drag(page, start, start - np.array([0.0, 60.0]))
     assert comes(page, lambda: any(m.pull for m in cell.sent(topics.TASK_GOAL_DRAFT)))
-    page.get_by_role("button", name="Set goal").click()
+    press_set_goal(page)
     goal = cell.asked(topics.TASK_REQUEST).goal
     drafts = [m for m in cell.sent(topics.TASK_GOAL_DRAFT) if m.pull]
     assert {m.node for m in drafts} == {SCENARIO.rope.node_count // 2}

@@ -30,9 +30,9 @@ TITLES = {
 LABELS = {
     "Lariat, 1st order": (-1, 2, -19, "left"),
     "Lariat, 2nd order": (-1, 9, -4, "left"),
-    "paper's XPBD": (0, -4, 19, "left"),
+    "paper's XPBD": (0, -26, 9, "left"),
     "MuJoCo flex": (-1, 0, -17, "center"),
-    "MuJoCo links": (0, 6, 5, "left"),
+    "MuJoCo links": (0, 6, 14, "left"),
     "PyElastica": (0, 4, 8, "left"),
     "Newton cable": (0, 6, 6, "left"),
 }
@@ -110,8 +110,8 @@ def _front(axis: Any, points: Sequence[Row], key: str, title: str) -> None:
             textcoords="offset points", ha="right", va="top", fontsize=7, color="0.3",
         )  # fmt: skip
     axis.set(xscale="log", yscale="log")
-    axis.set_xlim(min(row["us"] for row in shown) / 4.0, 3.0 * max(row["us"] for row in shown))
-    axis.set_ylim(min(row[key] for row in shown) / 2.5, 2.0 * max(row[key] for row in shown))
+    axis.set_xlim(min(row["us"] for row in shown) / 8.0, 3.0 * max(row["us"] for row in shown))
+    axis.set_ylim(min(row[key] for row in shown) / 4.0, 2.0 * max(row[key] for row in shown))
     axis.set_title(title, fontsize=12, fontweight="bold")
     axis.set_xlabel("processor time for 10 ms of motion [µs]")
     axis.set_ylabel("mean distance from the continuum [mm]")

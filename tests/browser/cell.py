@@ -232,14 +232,11 @@ def preview(draft: GoalDraft) -> GoalPreview:
 
 
 @contextmanager
-def opened_cell(
-    *, dead: bool = False, size: tuple[int, int] = (1280, 800)
-) -> Iterator[tuple[Cell, Page]]:
-    """Open the page of a cell in a browser, and end both afterwards.
+def started_cell(*, dead: bool = False) -> Iterator[Cell]:
+    """Start a cell with its page, and end it afterwards.
 
     Args:
         dead: Whether nothing is started yet.
-        size: Width and height of the window [pixels].
     """
     service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=free_port()))
     cell = Cell(Stage(service, SCENARIO))
@@ -247,8 +244,21 @@ def opened_cell(
     cell.dead = dead
     cell.start()
     try:
-        with opened(service.address, *size) as page:
-            yield cell, page
+        yield cell
     finally:
         cell.end()
         service.close()
+
+
+@contextmanager
+def opened_cell(
+    *, dead: bool = False, size: tuple[int, int] = (1280, 800)
+) -> Iterator[tuple[Cell, Page]]:
+    """Open the page of a cell in a browser, and end both afterwards.
+
+    Args:
+        dead: As for `started_cell`.
+        size: Width and height of the window [pixels].
+    """
+    with started_cell(dead=dead) as cell, opened(cell.address, *size) as page:
+        yield cell, page

@@ -23,16 +23,15 @@ IMAGES = (
     "sim",
     "camera",
     "perception",
-    "planner",
     "network",
     "robot_gateway",
     "recorder",
     "dashboard",
     "cli",
 )
-"""Images and stages of their build with a lock of their own, and extras of the stack; the emulator
-takes the lock of `robot_gateway`, the controller that of `router`, or of `network`."""
-COMPILED = ("sim", "perception", "planner")
+"""Images and stages of their build with a lock of their own, and extras of the stack; planner and
+emulator take the lock of `robot_gateway`, the controller that of `router`, or of `network`."""
+COMPILED = ("sim", "perception")
 """Images that hold kernels which the stage `rod` has compiled, and no compiler."""
 COMPILER = "taichi=="
 """Beginning of the library's requirement of a compiler."""

@@ -94,8 +94,11 @@ FROM packages AS perception_packages
 RUN --mount=type=bind,source=requirements/perception.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --prefix=/packages --require-hashes --requirement /lock.txt \
- && slim /packages PIL pillow.libs imageio networkx tifffile skimage/data skimage/feature \
-    skimage/restoration scipy/integrate scipy/interpolate scipy/io scipy/optimize scipy/signal \
+ && slim /packages PIL pillow.libs imageio networkx tifffile \
+    skimage/data skimage/feature skimage/filters/rank skimage/future skimage/graph skimage/io \
+    skimage/metrics skimage/registration skimage/restoration skimage/segmentation \
+    skimage/transform scipy/cluster scipy/datasets scipy/differentiate scipy/fftpack \
+    scipy/integrate scipy/interpolate scipy/io scipy/misc scipy/odr scipy/optimize scipy/signal \
     scipy/stats
 
 FROM base AS perception

@@ -5,7 +5,8 @@
 #
 # The base image is an argument, so that a cell can pin it by its digest:
 #   docker build --build-arg PYTHON_IMAGE=python:3.11-slim-bookworm@sha256:… …
-# Only the paper's controller, `control.method = "network"`, needs PyTorch, and gets it by
+# Only the paper's controller needs PyTorch (`control.method = "network"`) and Taichi itself
+# (`control.solver = "xpbd"`), and gets both by
 #   docker build --target controller --build-arg TORCH=torch==2.13.0 …
 # It is not locked: its build is the user's choice. A wheel that is not to come from a package
 # registry is laid into the build context `wheels`:
@@ -150,7 +151,7 @@ USER lariat
 RUN python -c "import services.planner.service"
 ENTRYPOINT ["python", "-m", "services.planner"]
 
-# Only the paper's controller needs PyTorch, and Taichi itself.
+# Empty, but for the paper's controller.
 FROM packages AS controller_packages
 ARG TORCH=
 RUN --mount=type=bind,source=requirements/network.txt,target=/lock.txt \
@@ -177,7 +178,7 @@ COPY services/controller services/controller
 USER lariat
 ENTRYPOINT ["python", "-m", "services.controller"]
 
-# Without its kernels, it computes in NumPy.
+# Where its kernels do not run, it computes in NumPy.
 FROM kinematics AS robot_gateway
 COPY --from=kernels /kernels /home/lariat/.cache/lariat
 COPY --from=sources / ./

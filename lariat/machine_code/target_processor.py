@@ -1,7 +1,7 @@
 """Processor that kernels are compiled for.
 
-On every x86-64 with AVX2 it is the level x86-64-v3: all of these run the same machine code, which
-gives the same bits. Elsewhere it is the processor at hand.
+On every x86-64 with AVX2 it is the level x86-64-v3: all of these run the same machine code, which,
+with the same C library, gives the same bits. Elsewhere it is the processor at hand.
 
 Taichi has no setting for it: its LLVM asks which processor it runs on. In the process that
 compiles, that function is replaced by one that returns the level. Left alone, it calls a processor

@@ -5,7 +5,8 @@
 #
 # The base image is an argument, so that a cell can pin it by its digest:
 #   docker build --build-arg PYTHON_IMAGE=python:3.11-slim-bookworm@sha256:… …
-# Only the paper's controller, `control.method = "network"`, needs PyTorch, and gets it by
+# Only the paper's controller needs PyTorch (`control.method = "network"`) and Taichi itself
+# (`control.solver = "xpbd"`), and gets both by
 #   docker build --target controller --build-arg TORCH=torch==2.13.0 …
 # It is not locked: its build is the user's choice. A wheel that is not to come from a package
 # registry is laid into the build context `wheels`:
@@ -20,8 +21,33 @@ COPY lariat lariat
 COPY shared shared
 COPY services/__init__.py services/
 
-# Packages are installed before sources are copied, so that a change of a source builds nothing anew.
+# Packages are installed into /packages beside the images, which hold neither pip nor binutils, and
+# before sources are copied, so that a change of a source builds nothing anew. Taichi links against
+# X11, though nothing opens a window.
+FROM ${PYTHON_IMAGE} AS installer
+RUN apt-get update -qq && apt-get install -y -qq --no-install-recommends binutils libx11-6
+COPY requirements/slim /usr/local/bin/
+WORKDIR /app
+
 # Editable, the stack is the folder /app on the path.
+FROM installer AS common_packages
+RUN --mount=type=bind,source=requirements/router.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --prefix=/packages --require-hashes --requirement /lock.txt
+COPY pyproject.toml LICENSE ./
+COPY lariat/README.md lariat/
+COPY stack/pyproject.toml stack/
+RUN --mount=type=bind,source=requirements/build.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --require-hashes --requirement /lock.txt \
+ && pip install --quiet --prefix=/packages --no-deps --no-build-isolation \
+    --editable . --editable ./stack \
+ && slim /packages
+
+# Further packages, beside those of every process.
+FROM installer AS packages
+COPY --from=common_packages /packages /usr/local
+
 FROM ${PYTHON_IMAGE} AS base
 ENV PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1 OMP_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1
 RUN useradd --create-home --uid 1000 lariat \
@@ -29,134 +55,132 @@ RUN useradd --create-home --uid 1000 lariat \
  && chmod 700 /credentials \
  && chown -R lariat:lariat /home/lariat /recordings /credentials
 WORKDIR /app
-COPY requirements/slim /usr/local/bin/
-COPY pyproject.toml LICENSE ./
-COPY lariat/README.md lariat/
-COPY stack/pyproject.toml stack/
-RUN --mount=type=bind,source=requirements/router.txt,target=/lock.txt \
-    --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt \
- && pip install --quiet --no-deps --no-build-isolation --editable ./stack \
- && slim
+COPY --from=common_packages /packages /usr/local
 
 FROM base AS router
 COPY --from=sources / ./
 USER lariat
 ENTRYPOINT ["python", "-m", "shared.bus.router"]
 
-# The library's compiler links against X11, though nothing here opens a window; binutils make a
-# shared library of the compiled kernel.
-FROM base AS rod
-RUN apt-get update -qq \
- && apt-get install -y -qq --no-install-recommends binutils libx11-6 \
- && slim
+# All kernels, compiled once: images hold their machine code and no compiler. It runs on all of x86-64
+# that have AVX2; on another processor, images run where they were built. The cache keeps kernels that
+# a change of other sources leaves as they are.
+FROM packages AS kernels
 RUN --mount=type=bind,source=requirements/rod.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt \
- && pip install --quiet --no-deps --no-build-isolation --editable . \
- && slim
+    pip install --quiet --require-hashes --requirement /lock.txt
+COPY --from=sources / ./
+COPY services services
+RUN --mount=type=bind,source=requirements/kernels.py,target=/kernels.py \
+    --mount=type=cache,target=/root/.cache/lariat \
+    python /kernels.py /kernels
 
-# The rod's kernel, compiled once for all images. A machine with another processor compiles it again,
-# each process into a volume of its own.
-FROM rod AS kernel
-COPY --from=sources /lariat lariat
-USER lariat
-RUN python -c "from lariat.rod.launch import machine_code; assert machine_code.kernel()"
-
-FROM rod AS sim
+FROM packages AS sim_packages
 RUN --mount=type=bind,source=requirements/sim.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt \
- && slim
-COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
+    pip install --quiet --prefix=/packages --require-hashes --requirement /lock.txt \
+ && slim /packages OpenGL
+
+FROM base AS sim
+COPY --from=sim_packages /packages /usr/local
+COPY --from=kernels /kernels /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/sim services/sim
 USER lariat
-RUN python -c "from lariat.machine_code.library import compiled_kernel; \
-    from services.sim.camera.camera_kernels import SOURCES; assert all(map(compiled_kernel, SOURCES))"
+RUN python -c "import mujoco, services.sim.service"
 ENTRYPOINT ["python", "-m", "services.sim"]
 
-FROM rod AS perception
+# Of scikit-image, perception thins lines; of SciPy, it filters images.
+FROM packages AS perception_packages
 RUN --mount=type=bind,source=requirements/perception.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt \
- && slim
-COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
+    pip install --quiet --prefix=/packages --require-hashes --requirement /lock.txt \
+ && slim /packages PIL pillow.libs imageio networkx tifffile \
+    skimage/data skimage/feature skimage/filters/rank skimage/future skimage/graph skimage/io \
+    skimage/metrics skimage/registration skimage/restoration skimage/segmentation \
+    skimage/transform scipy/cluster scipy/datasets scipy/differentiate scipy/fftpack \
+    scipy/integrate scipy/interpolate scipy/io scipy/misc scipy/odr scipy/optimize scipy/signal \
+    scipy/stats
+
+FROM base AS perception
+COPY --from=perception_packages /packages /usr/local
+COPY --from=kernels /kernels /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/perception services/perception
 USER lariat
-RUN python -c "from lariat.machine_code.library import compiled_kernel; \
-    from services.perception.centerline.chain_fit import KERNEL; assert compiled_kernel(KERNEL)"
+RUN python -c "import services.perception.service"
 ENTRYPOINT ["python", "-m", "services.perception"]
+
+FROM packages AS camera_packages
+RUN --mount=type=bind,source=requirements/camera.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --prefix=/packages --require-hashes --requirement /lock.txt \
+ && slim /packages
 
 # A camera from outside; its library speaks to the device over USB.
 FROM base AS camera
 RUN apt-get update -qq \
  && apt-get install -y -qq --no-install-recommends libusb-1.0-0 libudev1 \
- && slim
-RUN --mount=type=bind,source=requirements/camera.txt,target=/lock.txt \
-    --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt \
- && slim
+ && apt-get clean && rm -rf /var/lib/apt/lists/* /var/cache/apt/*.bin
+COPY --from=camera_packages /packages /usr/local
 COPY --from=sources / ./
 COPY services/camera services/camera
 USER lariat
+RUN python -c "import services.camera.service, pyrealsense2"
 ENTRYPOINT ["python", "-m", "services.camera"]
 
-FROM rod AS planner
+# The arms' kinematics.
+FROM packages AS kinematics_packages
+RUN --mount=type=bind,source=requirements/robot_gateway.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --prefix=/packages --require-hashes --requirement /lock.txt \
+ && slim /packages
+
+FROM base AS kinematics
 RUN apt-get update -qq \
  && apt-get install -y -qq --no-install-recommends libgomp1 \
- && slim
-RUN --mount=type=bind,source=requirements/planner.txt,target=/lock.txt \
-    --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt \
- && slim \
- && python -c "import pinocchio"
-COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
+ && apt-get clean && rm -rf /var/lib/apt/lists/* /var/cache/apt/*.bin
+COPY --from=kinematics_packages /packages /usr/local
+RUN python -c "import pinocchio"
+
+FROM kinematics AS planner
+COPY --from=kernels /kernels /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/planner services/planner
 USER lariat
+RUN python -c "import services.planner.service"
 ENTRYPOINT ["python", "-m", "services.planner"]
 
-FROM rod AS controller
+# Empty, but for the paper's controller.
+FROM packages AS controller_packages
 ARG TORCH=
 RUN --mount=type=bind,source=requirements/network.txt,target=/lock.txt \
     --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    if [ -n "${TORCH}" ]; then \
-      pip install --quiet --require-hashes --requirement /lock.txt \
-      && pip install --quiet --find-links=/wheels "${TORCH}" \
-      && slim; \
+    mkdir /packages \
+ && if [ -n "${TORCH}" ]; then \
+      pip install --quiet --prefix=/packages --require-hashes --requirement /lock.txt \
+      && PYTHONPATH=$(echo /packages/lib/python*/site-packages) \
+        pip install --quiet --prefix=/packages --find-links=/wheels "${TORCH}" \
+      && slim /packages; \
     fi
-COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
+
+FROM base AS controller
+ARG TORCH=
+RUN if [ -n "${TORCH}" ]; then \
+      apt-get update -qq \
+      && apt-get install -y -qq --no-install-recommends libx11-6 \
+      && apt-get clean && rm -rf /var/lib/apt/lists/* /var/cache/apt/*.bin; \
+    fi
+COPY --from=controller_packages /packages /usr/local
+COPY --from=kernels /kernels /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/controller services/controller
 USER lariat
 ENTRYPOINT ["python", "-m", "services.controller"]
 
-# The arm's kinematics.
-FROM base AS kinematics
-RUN apt-get update -qq \
- && apt-get install -y -qq --no-install-recommends libgomp1 \
- && slim
-RUN --mount=type=bind,source=requirements/robot_gateway.txt,target=/lock.txt \
-    --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt \
- && slim \
- && python -c "import pinocchio"
-
-# The gateway's kernels: its image has no compiler. On another processor it computes in NumPy.
-FROM rod AS gateway_kernels
-COPY --from=sources / ./
-COPY services/robot_gateway services/robot_gateway
-USER lariat
-RUN python -c "from lariat.machine_code.library import compiled_kernel; \
-    from services.robot_gateway.motion import motion_kernels; \
-    from shared.arms import path_kernel; from shared.constraints import sphere_kernels; \
-    modules = motion_kernels, path_kernel, sphere_kernels; \
-    assert all(compiled_kernel(source) for module in modules for source in module.SOURCES)"
-
+# Where its kernels do not run, it computes in NumPy.
 FROM kinematics AS robot_gateway
-COPY --from=gateway_kernels --chown=root /home/lariat/.cache/lariat /home/lariat/.cache/lariat
+COPY --from=kernels /kernels /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/robot_gateway services/robot_gateway
 USER lariat
@@ -169,33 +193,44 @@ COPY services/cr5_emulator services/cr5_emulator
 USER lariat
 ENTRYPOINT ["python", "-m", "services.cr5_emulator"]
 
-FROM base AS recorder
+FROM packages AS recorder_packages
 RUN --mount=type=bind,source=requirements/recorder.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt \
- && slim
+    pip install --quiet --prefix=/packages --require-hashes --requirement /lock.txt \
+ && slim /packages
+
+FROM base AS recorder
+COPY --from=recorder_packages /packages /usr/local
 COPY --from=sources / ./
 COPY services/recorder services/recorder
 USER lariat
+RUN python -c "import services.recorder.service"
 ENTRYPOINT ["python", "-m", "services.recorder"]
 
-FROM base AS dashboard
+FROM packages AS dashboard_packages
 RUN --mount=type=bind,source=requirements/dashboard.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt \
- && slim
+    pip install --quiet --prefix=/packages --require-hashes --requirement /lock.txt \
+ && slim /packages
+
+FROM base AS dashboard
+COPY --from=dashboard_packages /packages /usr/local
 COPY --from=sources / ./
 COPY dashboard dashboard
 USER lariat
+RUN python -c "import dashboard.service"
 ENTRYPOINT ["python", "-m", "dashboard"]
+
+FROM packages AS cli_packages
+RUN --mount=type=bind,source=requirements/cli.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --prefix=/packages --require-hashes --requirement /lock.txt \
+ && slim /packages
 
 # The verbs that talk to a running stack: docker compose run --rm cli start. The folders of the
 # credentials are there so that volumes mounted on them belong to the user that writes them.
 FROM base AS cli
-RUN --mount=type=bind,source=requirements/cli.txt,target=/lock.txt \
-    --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt \
- && slim
+COPY --from=cli_packages /packages /usr/local
 USER lariat
 RUN cd /credentials && mkdir --mode=700 authority router sim camera perception planner controller \
     robot_gateway recorder dashboard lariat

@@ -1,7 +1,8 @@
 """Lock of every dependency with its hashes, for `make` and for each image: `make lock`.
 
 `dev.txt` locks all that a clone installs; the file of an image is the part of it that the image
-installs. PyTorch is left out, because its build is the user's choice; its dependencies are locked.
+installs, and `build.txt` what installs the packages of this repository. PyTorch is left out,
+because its build is the user's choice; its dependencies are locked.
 """
 
 from __future__ import annotations
@@ -16,24 +17,29 @@ from pathlib import Path
 FOLDER = Path(__file__).parent
 """Folder of the locks."""
 IMAGES = (
+    "build",
     "router",
     "rod",
     "sim",
     "camera",
     "perception",
-    "planner",
     "network",
     "robot_gateway",
     "recorder",
     "dashboard",
     "cli",
 )
-"""Images with a lock of their own, and extras of the stack; the emulator takes the lock of
-`robot_gateway`, the controller that of `rod`, or of `network`."""
+"""Images and stages of their build with a lock of their own, and extras of the stack; planner and
+emulator take the lock of `robot_gateway`, the controller that of `router`, or of `network`."""
+COMPILED = ("sim", "perception")
+"""Images that hold kernels which the stage `rod` has compiled, and no compiler."""
+COMPILER = "taichi=="
+"""Beginning of the library's requirement of a compiler."""
 ALL = tuple(image for image in IMAGES if image != "camera")
 """Images whose locks together are `all.txt`: all that a clone needs without its tests' tools."""
 BUILD_REQUIREMENTS = ("editables", "hatchling", "pip", "setuptools", "wheel")
-"""Packages with which the clone itself is installed, without a build environment from outside."""
+"""Packages with which the packages of this repository are installed, without a build environment
+from outside."""
 HEADER = "# Made by `make lock` from the pyproject.toml files; not edited by hand.\n"
 """First line of a lock."""
 
@@ -50,11 +56,15 @@ def requirements(extra: str) -> set[str]:
     """Return the requirements of an image or of `dev`, those of the library included.
 
     Args:
-        extra: Name of an extra of the stack, or of an image without one.
+        extra: Name of an extra of the stack, or of an image or a stage without one.
     """
     library = tomllib.loads((FOLDER.parent / "pyproject.toml").read_text())["project"]
     stack = tomllib.loads((FOLDER.parent / "stack" / "pyproject.toml").read_text())["project"]
-    found: set[str] = set(BUILD_REQUIREMENTS) | set(stack["dependencies"])
+    if extra == "build":
+        return set(BUILD_REQUIREMENTS)
+    found: set[str] = set(stack["dependencies"])
+    if extra in ("all", "dev"):
+        found |= set(BUILD_REQUIREMENTS)
     pending = list(stack["optional-dependencies"].get(extra, ()))
     if extra == "rod":
         pending.append("lariat-rod")
@@ -68,7 +78,7 @@ def requirements(extra: str) -> set[str]:
             pending += library["dependencies"]
             for each in extras:
                 pending += library["optional-dependencies"][each]
-        else:
+        elif extra not in COMPILED or not requirement.startswith(COMPILER):
             found.add(requirement)
     return found
 

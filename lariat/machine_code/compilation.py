@@ -48,12 +48,13 @@ def build_library(folder: Path, source: KernelSource) -> tuple[str, Path]:
         source: The kernel.
 
     Raises:
+        OSError: LLVM cannot be told the target.
         ValueError: Taichi wrote no serial kernel, the library computes other numbers than Taichi,
             or a source changed meanwhile.
         CalledProcessError: The assembler or the linker failed.
     """
     key = own_key(source)
-    target_processor.name_unknown_processor(Path(taichi_python.__file__))
+    target_processor.name_target(Path(taichi_python.__file__))
     taichi_runtime.start(writes_assembly=True)
     kernel = attribute(source.function)
     expected = attribute(source.trials)()

@@ -10,16 +10,19 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
-import platform
 import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+from lariat.machine_code import target_processor
 from lariat.machine_code.kernel_source import KernelSource
 
 
 class NoCompilerError(Exception):
-    """Machine code is not kept, and cannot be compiled here: Taichi, `as` or `ld` is missing."""
+    """Machine code is not kept, and cannot be compiled here: Taichi, `as` or `ld` is missing.
+
+    Without Taichi the text says in one line how to mend it.
+    """
 
 
 def library_folder() -> Path:
@@ -37,7 +40,7 @@ def version_file(folder: Path) -> Path:
 
 
 def kernel_key(files: Iterable[Path], root: Path) -> str:
-    """Return the SHA-256 of sources, compiler and processor, as 64 hexadecimal digits.
+    """Return the SHA-256 of sources, compiler and target, as 64 hexadecimal digits.
 
     Args:
         files: Files of Python source below `root`, in any order.
@@ -54,10 +57,7 @@ def kernel_key(files: Iterable[Path], root: Path) -> str:
         content.update(f"{name}:{len(source)}:".encode())
         content.update(source)
     content.update(_compiler_version().encode())
-    content.update(platform.machine().encode())
-    for line in Path("/proc/cpuinfo").read_text().split("\n\n")[0].splitlines():
-        if line.startswith(("model", "flags", "Features", "CPU ")):
-            content.update(line.encode())
+    content.update(target_processor.target().encode())
     return content.hexdigest()
 
 

@@ -65,7 +65,11 @@ class ForeignLibraryError(OSError):
 
 
 def kernel(source: KernelSource) -> Kernel:
-    """Return a kernel from its library, which is compiled if it is missing, or through Taichi."""
+    """Return a kernel from its library, which is compiled if it is missing, or through Taichi.
+
+    Raises:
+        NoCompilerError: There is no library, and no Taichi.
+    """
     return compiled_kernel(source) or _through_taichi(source)
 
 
@@ -92,9 +96,11 @@ def compiled_kernel(source: KernelSource) -> CompiledKernel | None:
 
 def _through_taichi(source: KernelSource) -> Kernel:
     # Taichi is slow to import, and kernels compile against its runtime, which must start first.
-    from lariat.machine_code import compilation, taichi_runtime
+    from lariat.machine_code import taichi_runtime
 
     taichi_runtime.start()
+    from lariat.machine_code import compilation
+
     return compilation.attribute(source.function)
 
 

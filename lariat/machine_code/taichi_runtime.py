@@ -15,11 +15,21 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import taichi as ti
 from jaxtyping import Float64, Int32
-from taichi.lang import kernel_impl, misc
-from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
-from taichi.lang.impl import get_runtime
+
+from lariat.machine_code.kernel_key import NoCompilerError
+
+try:
+    import taichi as ti
+    from taichi.lang import kernel_impl, misc
+    from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
+    from taichi.lang.impl import get_runtime
+except ModuleNotFoundError as error:
+    raise NoCompilerError(
+        "Taichi is not installed, and no machine code of this kernel is kept for this processor: "
+        "build the container images on this machine (docker compose build), that of the paper's "
+        "controller with TORCH; elsewhere, pip install taichi"
+    ) from error
 
 Device = Literal["cpu", "cuda"]
 """Device of the runtime."""

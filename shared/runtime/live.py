@@ -35,6 +35,7 @@ from typing import Annotated, Any
 
 import tyro
 
+from lariat.machine_code.kernel_key import NoCompilerError
 from shared import bus as buses
 from shared import topics
 from shared.bus import Bus, BusError, BusOptions
@@ -113,7 +114,7 @@ def main(module: str, extra: type | None = None) -> None:
                 run(service, bus, clock, session, live.heartbeat)
     except ImportError as error:
         sys.exit(_missing(module, name, error))
-    except (ConfigurationError, BusError) as error:
+    except (ConfigurationError, BusError, NoCompilerError) as error:
         print(f"{name}: {error}", file=sys.stderr)
         sys.exit(EXIT_BAD_INPUT)
     except Stopped:

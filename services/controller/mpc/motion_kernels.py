@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float64
@@ -14,10 +14,11 @@ from lariat.machine_code.kernel_source import Kernel, KernelSource
 from lariat.trajectory import MotionLimits
 
 PACKAGE = "services.controller.mpc"
+Function = Literal["bound_velocities", "track_velocities", "stop_grips"]
+"""Names of the kernels."""
 
 
-def source(function: str) -> KernelSource:
-    """Return the source of a kernel, and of what it is compiled from."""
+def _source(function: str) -> KernelSource:
     return KernelSource(
         function.replace("_", "-"),
         f"{PACKAGE}.kernels:{function}",
@@ -27,10 +28,14 @@ def source(function: str) -> KernelSource:
     )
 
 
+SOURCES = {function: _source(function) for function in get_args(Function)}
+"""All kernels of the controller."""
+
+
 @functools.cache
-def kernel(function: Literal["bound_velocities", "track_velocities", "stop_grips"]) -> Kernel:
+def kernel(function: Function) -> Kernel:
     """Return a kernel, whose arguments `kernels` documents."""
-    return library.kernel(source(function))
+    return library.kernel(SOURCES[function])
 
 
 @functools.lru_cache(maxsize=8)

@@ -254,6 +254,35 @@ def test_without_taichi_a_kept_library_is_used(
         np.testing.assert_array_equal(values, [2.0, 20.0])
 
 
+@pytest.mark.parametrize(
+    "launch",
+    [
+        "library.kernel(chain_fit.KERNEL)",
+        "Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 8).rest(*GRIPS)",
+        "paper_rod(PaperControl(), 0.45, 0.008, 8).rest(*GRIPS)",
+    ],
+)
+def test_without_taichi_and_a_library_the_way_out_is_named(launch: str, tmp_path: Path) -> None:
+    program = (
+        "import sys; sys.modules['taichi'] = None; import numpy as np; "
+        "from lariat.geometry.poses import Pose; from lariat.machine_code import library; "
+        "from lariat.rod import Rod, RodProperties; "
+        "from services.controller.model_factory import paper_rod; "
+        "from services.perception.centerline import chain_fit; "
+        "from shared.scenario.sections import PaperControl; "
+        "places = np.zeros(3), np.array([0.4, 0.0, 0.0]); "
+        "GRIPS = [Pose(p, np.array([1.0, 0.0, 0.0, 0.0])) for p in places]; "
+        f"{launch}"
+    )
+    environment = {"HOME": str(tmp_path), "PATH": "/usr/bin:/bin"}
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, env=environment, capture_output=True, text=True
+    )
+    last = done.stderr.splitlines()[-1]
+    assert "NoCompilerError: Taichi is not installed" in last
+    assert "docker compose build" in last
+
+
 @has_assembler
 def test_a_missing_library_is_none_without_an_assembler(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture

@@ -1,9 +1,8 @@
-"""Kernels are compiled for the instructions of the processor, even if LLVM does not know it."""
+"""Kernels are compiled for the level of x86-64, else for the processor at hand."""
 
 from __future__ import annotations
 
 import ctypes
-import platform
 import subprocess
 import sys
 from pathlib import Path
@@ -15,43 +14,64 @@ from lariat.machine_code.kernel_source import ROOT
 from lariat.rod.launch import machine_code
 
 NAMING = """
-import pathlib, sys
+import pathlib
 from taichi._lib.core import taichi_python
 from lariat.machine_code import target_processor
 
 library = pathlib.Path(taichi_python.__file__)
 address = target_processor.function_address(library, target_processor.NAMING_FUNCTION)
-before = target_processor.processor_name(address)
-target_processor.UNKNOWN = before if sys.argv[1] == "unknown" else b"another processor"
-target_processor.name_unknown_processor(library)
-print(before.decode(), target_processor.processor_name(address).decode())
+target_processor.name_target(library)
+print(target_processor.processor_name(address))
 """
-"""Program that prints LLVM's names of the processor before and after it has been named."""
+"""Program that prints LLVM's name of the processor after it has been told the target."""
+CPUINFO = """processor\t: 0
+model\t\t: {model}
+flags\t\t: fpu sse2 {flags}
+bugs\t\t: none
+
+processor\t: 1
+"""
 
 has_level = pytest.mark.skipif(
-    platform.machine() != "x86_64"
-    or not target_processor.processor_flags() >= target_processor.LEVEL_FLAGS,
-    reason="the processor lacks AVX2",
+    target_processor.target() != target_processor.LEVEL, reason="the processor lacks AVX2"
 )
 
 
-def names(known: str) -> list[str]:
-    """Return LLVM's names of a processor that counts as known or unknown."""
+def cpuinfo(model: int, without: str = "") -> str:
+    """Return the text of /proc/cpuinfo of a processor that lacks one instruction of the level."""
+    flags = sorted(target_processor.LEVEL_FLAGS - {without})
+    return CPUINFO.format(model=model, flags=" ".join(flags))
+
+
+@has_level
+def test_llvm_compiles_for_the_level() -> None:
     output = subprocess.run(
-        [sys.executable, "-c", NAMING, known], cwd=ROOT, capture_output=True, text=True, check=True
+        [sys.executable, "-c", NAMING], cwd=ROOT, capture_output=True, text=True, check=True
     ).stdout
-    return output.split()[-2:]
+    assert output.split()[-1] == "x86-64-v3"
 
 
 @has_level
-def test_an_unknown_processor_gets_the_name_of_its_level() -> None:
-    assert names("unknown")[1] == "x86-64-v3"
+def test_code_is_not_compiled_for_another_processor_than_its_key_names() -> None:
+    with pytest.raises(OSError, match="no function that names the processor"):
+        target_processor.name_target(Path(sys.executable).resolve())
 
 
-@has_level
-def test_a_known_processor_keeps_its_name() -> None:
-    before, after = names("known")
-    assert after == before
+def test_all_processors_of_the_level_are_one_target() -> None:
+    newer, older = (target_processor.target_of("x86_64", cpuinfo(model)) for model in (2, 1))
+    assert newer == older == "x86-64-v3"
+
+
+@pytest.mark.parametrize("flag", sorted(target_processor.LEVEL_FLAGS))
+def test_a_processor_below_the_level_is_a_target_of_its_own(flag: str) -> None:
+    below, other = (target_processor.target_of("x86_64", cpuinfo(m, flag)) for m in (1, 2))
+    assert len({below, other, "x86-64-v3"}) == 3
+
+
+def test_another_architecture_is_a_target_of_its_own() -> None:
+    text = "processor : 0\nFeatures : fp asimd\nCPU implementer : 0x41\nCPU part : {}\n"
+    targets = {target_processor.target_of("aarch64", text.format(part)) for part in "12"}
+    assert len(targets) == 2
 
 
 @has_level

@@ -7,6 +7,6 @@ from dataclasses import dataclass
 class BeaconOptions:
     name: str = "beacon"
     build: str = ""
-    """What goes wrong when it is built: "refuse", "library" or "crash"."""
+    """What goes wrong when it is built: "refuse", "library", "compiler" or "crash"."""
     woken: bool = False
     """Whether it is stepped every ten seconds, and by a request."""

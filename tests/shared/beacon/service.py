@@ -3,6 +3,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 
+from lariat.machine_code.kernel_key import NoCompilerError
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import TaskState
@@ -53,6 +54,8 @@ def build(scenario: Scenario, session: str, options: BeaconOptions) -> BeaconSer
         raise ConfigurationError("rope.colour = 'mauve' is not one of 'red'")
     if options.build == "library":
         raise ModuleNotFoundError("no mujoco", name="mujoco.mjx")
+    if options.build == "compiler":
+        raise NoCompilerError("Taichi is not installed")
     if options.build == "crash":
         raise RuntimeError("unexpected")
     return BeaconService(scenario, session, options)

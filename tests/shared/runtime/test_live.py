@@ -188,6 +188,7 @@ def test_an_error_in_a_step_is_logged_and_ends_the_process_with_70(cell: Cell) -
     ("arguments", "code", "said"),
     [
         (("--build", "refuse"), 2, "beacon: rope.colour = 'mauve' is not one of 'red'\n"),
+        (("--build", "compiler"), 2, "beacon: Taichi is not installed\n"),
         (
             ("--build", "library"),
             2,

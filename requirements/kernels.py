@@ -1,0 +1,58 @@
+"""Compilation of the kernels of all images: `python requirements/kernels.py FOLDER`.
+
+What is kept in `~/.cache/lariat` is not compiled again.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from multiprocessing.pool import ThreadPool
+from pathlib import Path
+
+from lariat.machine_code import kernel_key, library
+from lariat.rod.launch import machine_code as rod
+from services.controller.mpc import motion_kernels as controller_motion
+from services.perception.centerline import chain_fit
+from services.robot_gateway.motion import motion_kernels as gateway_motion
+from services.sim.camera import camera_kernels
+from shared.arms import path_kernel
+from shared.constraints import sphere_kernels
+
+SOURCES = (
+    # The rod's takes longest.
+    rod.SOURCE,
+    chain_fit.KERNEL,
+    *camera_kernels.SOURCES,
+    *path_kernel.SOURCES,
+    *sphere_kernels.SOURCES,
+    *gateway_motion.SOURCES,
+    *controller_motion.SOURCES.values(),
+)
+"""All kernels whose machine code images hold."""
+
+
+def main(folder: Path) -> None:
+    """Write the machine code of all kernels into a new folder.
+
+    Raises:
+        RuntimeError: A kernel could not be compiled; a warning says why.
+    """
+    kept = kernel_key.library_folder()
+    # A build that is repeated tries again.
+    for failure in kept.glob("*.failed"):
+        failure.unlink()
+    with ThreadPool(os.cpu_count()) as pool:
+        compiled = pool.map(library.compiled_kernel, SOURCES, chunksize=1)
+    if not all(compiled):
+        raise RuntimeError("a kernel could not be compiled: see the warning above")
+    folder.mkdir()
+    shutil.copy(kernel_key.version_file(kept), folder)
+    for source in SOURCES:
+        key = kernel_key.own_key(source)
+        shutil.copy(library.library_path(kept, source.name, key), folder)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -74,8 +74,10 @@ def run(
     if json:
         print(encoder.dumps(answers))
     else:
-        conditions = Conditions.of(loaded)
-        found = [table for answer in answers.items() for table in _tables(*answer, conditions)]
+        conditions = {"simulated": Conditions.of(loaded), "live": Conditions.of(loaded.live)}
+        found = [
+            table for answer in answers.items() for table in _tables(*answer, conditions[answer[0]])
+        ]
         show(found, block, 120)
     return 1 if any(answer["failures"] for answer in answers.values()) else 0
 
@@ -149,7 +151,8 @@ def _tables(name: str, answer: dict[str, Any], conditions: Conditions) -> list[T
     title = f"{name}: {answer['minutes']:.0f} min, {answer['runs']} runs reached"
     notes = [str(conditions) if live else "true nodes sensed"]
     if live:
-        notes.append(f"{answer['holds']} holds, {answer['refused']} messages refused")
+        notes.append(f"{len(answer['holds'])} holds, {answer['refused']} messages refused")
+        notes += answer["holds"][:10]
         notes += [answer["ended_pages"]] if answer["ended_pages"] else []
     notes += answer["failures"][:10]
     table = Table(box=None, title=title, caption=escape("; ".join(notes)), title_justify="left")

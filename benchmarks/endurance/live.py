@@ -57,8 +57,9 @@ class LiveOperation:
         """Number of runs that reached their goal."""
         self.failures: list[str] = []
         """Runs that did not, in words."""
-        self.holds = 0
-        """Number of stops that had to be acknowledged."""
+        self.holds: list[str] = []
+        """Stops that had to be acknowledged: when, and why."""
+        self._begun = time.monotonic()
 
     def __enter__(self) -> LiveOperation:
         """Start stack and pages."""
@@ -85,7 +86,7 @@ class LiveOperation:
 
     def run_until(self, minutes: float) -> Iterator[list[Sample]]:
         """Run back to back for a time [min], and yield samples of all processes."""
-        begun = sampled = time.monotonic()
+        begun = self._begun = sampled = time.monotonic()
         while (now := time.monotonic()) - begun < 60.0 * minutes:
             self._run_once()
             if now - sampled >= SAMPLE_PERIOD:
@@ -136,7 +137,8 @@ class LiveOperation:
         with suppress(RequestFailed):
             state: ArmStates = self._client.newest_arm_state()
             if state.needs_acknowledgement:
-                self.holds += 1
+                minutes = (time.monotonic() - self._begun) / 60.0
+                self.holds.append(f"held after {minutes:.1f} min: {state.reason}")
                 self._client.command_arms(ArmCommand.ACKNOWLEDGE)
             time.sleep(POLL_PERIOD)
             self._client.command_arms(ArmCommand.RESUME)

@@ -19,21 +19,31 @@ from lariat.rod.kernels.addressing import (
     target_position_at,
     time_at,
 )
-from lariat.rod.kernels.memory import load3, load4, store
-from lariat.rod.kernels.newton_update import apply_step
-from lariat.rod.kernels.rotations import exponential, logarithm, quaternion_product, rotation_matrix
-from lariat.rod.kernels.step_terms import (
-    bend_rotation,
-    internal_rate,
-    past_rotation,
-    step_times,
-    target_share,
+from lariat.rod.kernels.memory import (
+    bounded,
+    lane_count,
+    load3,
+    load4,
+    load_lane3,
+    load_lane4,
+    store,
+    store_lane,
 )
+from lariat.rod.kernels.newton_update import apply_step
+from lariat.rod.kernels.rotations import (
+    exponential,
+    logarithm,
+    quaternion_product,
+    relative_rotation,
+    rotation_matrix,
+)
+from lariat.rod.kernels.step_terms import bend_rotation, internal_rate, step_times, target_share
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
     HISTORY_SLOTS,
+    LANE_COUNT,
     EffectiveBend,
     Header,
     Scalar,
@@ -76,13 +86,30 @@ def inertial_targets(
                 share = target_share(ni, w, rod, step, back, carry)
                 target += share * load3(w, positions + 3 * (i - n * back))
             store(w, target_positions + 3 * i, target)
-        for i in range(n - 1):
-            rotation = ti.Vector([0.0, 0.0, 0.0])
+        lanes = bounded(rod + ni[Section.LANES])
+        for strip in range((n - 1 + LANE_COUNT - 1) // LANE_COUNT):
+            first = LANE_COUNT * strip
+            count = ti.min(LANE_COUNT, n - 1 - first)
+            width = lane_count(count)
+            for k in range(count):
+                store_lane(w, lanes + k, 0, load4(w, latest + 4 * (first + k)))
+            for k in range(width):
+                store_lane(w, lanes + k, 8, ti.Vector([0.0, 0.0, 0.0]))
             for back in range(2, history + 1):
                 share = target_share(ni, w, rod, step, back, carry)
-                rotation += share * logarithm(past_rotation(ni, w, rod, step, i, back))
-            target = quaternion_product(load4(w, latest + 4 * i), exponential(rotation))
-            store(w, target_orientations + 4 * i, target)
+                for k in range(count):
+                    q = latest + 4 * (first + k - (back - 1) * (n - 1))
+                    store_lane(w, lanes + k, 4, load4(w, q))
+                for k in range(width):
+                    at = lanes + k
+                    u = relative_rotation(load_lane4(w, at, 0), load_lane4(w, at, 4))
+                    store_lane(w, at, 8, load_lane3(w, at, 8) + share * logarithm(u))
+            for k in range(width):
+                at = lanes + k
+                turn = exponential(load_lane3(w, at, 8))
+                store_lane(w, at, 11, quaternion_product(load_lane4(w, at, 0), turn))
+            for k in range(count):
+                store(w, target_orientations + 4 * (first + k), load_lane4(w, lanes + k, 11))
         rate = internal_rate(ni, w, rod, step)
         damped = rate > 0.0 or ni[Header.PARAMETERS] > 0
         for j in range(n - 2):

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
+from benchmarks.child_processes import child_processes
 from benchmarks.first_view import FirstView, find_browser, first_view
 from benchmarks.live_stack import LiveStack
 from benchmarks.processor_time import processor_times
@@ -88,24 +89,10 @@ def measure_start(scenario: Path, browser: str | None = None) -> Start:
     with LiveStack(scenario) as stack:
         own, ended = processor_times(stack.pid)
         found = {LAUNCHER: own, CHECK: ended}
-        for child in _children(stack.pid):
-            module = _module(child)
-            if module:
-                found[module] = sum(processor_times(child))
+        for child, name in child_processes(stack.pid).items():
+            found[name] = sum(processor_times(child))
         view = None if browser is None else first_view(browser, stack.address)
         return Start(stack.ready_after, found, view)
-
-
-def _children(pid: int) -> list[int]:
-    tasks = Path(f"/proc/{pid}/task").glob("*/children")
-    return [int(word) for task in tasks for word in task.read_text().split()]
-
-
-def _module(pid: int) -> str:
-    """Return the last part of the module's name that a process of the stack runs."""
-    words = Path(f"/proc/{pid}/cmdline").read_bytes().decode().split("\0")
-    places = [k for k, word in enumerate(words) if word.endswith("module_entry.py")]
-    return words[places[0] + 1].rpartition(".")[2] if places else ""
 
 
 def _table(scenario: Path, starts: Sequence[Start]) -> Table:

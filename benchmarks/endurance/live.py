@@ -11,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 
 from benchmarks.camera_to_arm import Latency, latencies
+from benchmarks.child_processes import child_processes
 from benchmarks.endurance.pages import OpenPages
 from benchmarks.endurance.samples import Sample, sample_of
 from benchmarks.live_stack import LiveStack
@@ -100,6 +101,11 @@ class LiveOperation:
             with suppress(OSError):  # It may just be restarted.
                 steps = health.step_p99_ms, health.period_ms
                 yield sample_of(name, health.process, minutes, *steps)
+        stepping = {health.process for health in self._health.values()}
+        for pid, name in sorted(child_processes(self._stack.pid).items()):
+            if pid not in stepping:
+                with suppress(OSError):
+                    yield sample_of(name, pid, minutes)
 
     def _run_once(self) -> None:
         try:

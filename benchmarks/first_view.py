@@ -15,13 +15,13 @@ FLAGS = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """Drawing without a graphics card."""
 TIMEOUT = 60_000
 """Longest wait for the first view [ms]."""
-PAINT_SCRIPT = """() => performance.timeOrigin
-  + performance.getEntriesByName("first-contentful-paint")[0].startTime"""
-"""Time at which the first text or image was drawn, by the W3C's Paint Timing, since 1970 [ms]."""
+PAINT_SCRIPT = """() => new Promise(done => new PerformanceObserver(list => {
+  const [entry] = list.getEntriesByName("first-contentful-paint");
+  if (entry) done(performance.timeOrigin + entry.startTime);
+}).observe({type: "paint", buffered: true}))"""
+"""Time at which the first text or image is drawn, by the W3C's Paint Timing, since 1970 [ms]."""
 OTHER_PAGE = "data:text/html,<p>Lariat</p>"
 """Page that a browser shows before."""
-PAINTED = "performance.getEntriesByName('first-contentful-paint').length"
-"""Script that tells whether something was drawn."""
 
 
 def find_browser() -> str:
@@ -74,7 +74,7 @@ def first_view(browser: str, address: str) -> FirstView:
         page = context.pages[0]
         # A browser that has drawn nothing yet needs half a second for a page of one word.
         page.goto(OTHER_PAGE)
-        page.wait_for_function(PAINTED)
+        page.evaluate(PAINT_SCRIPT)
         begun = time.time()
         page.goto(address)
         # The door goes on to the page itself.

@@ -1,7 +1,7 @@
 """Jerk-limited motion of grippers: states, limits, stops, and setpoint chunks as smooth curves."""
 
 from lariat.trajectory.blend import Blend
-from lariat.trajectory.chunk import NANOSECONDS, SetpointChunk
+from lariat.trajectory.chunk import NANOSECONDS, SECOND, SetpointChunk
 from lariat.trajectory.limits import MotionLimits, clipped
 from lariat.trajectory.sequence import MotionSequence
 from lariat.trajectory.spline import Spline
@@ -10,6 +10,7 @@ from lariat.trajectory.stop import Stop, peak_twists, stopping_states
 
 __all__ = [
     "NANOSECONDS",
+    "SECOND",
     "Blend",
     "MotionLimits",
     "MotionSequence",

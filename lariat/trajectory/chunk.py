@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
+SECOND = 1_000_000_000
+"""Duration of a second [ns]."""
 NANOSECONDS = 1e-9
 """Seconds per nanosecond [s]."""
 

@@ -18,7 +18,8 @@ import tyro
 from rich.table import Table
 
 from benchmarks.result_block import find_block, show
-from lariat.rod.identification.hanging import (
+from lariat.configuration import ConfigurationError
+from lariat.identification.static_sag import (
     HangingShape,
     bending_stiffness,
     critical_twist,
@@ -26,7 +27,6 @@ from lariat.rod.identification.hanging import (
     shape_error,
     twist_ratio,
 )
-from shared.configuration import ConfigurationError
 
 ARRAY_NAMES = ("hanging", "linear_density", "critical_twist_deg")
 """Names of the arrays in a file."""

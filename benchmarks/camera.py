@@ -22,10 +22,10 @@ from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
-from services.perception.markers.marker_detection import MarkerDetector
-from services.perception.markers.marker_pose import MarkerPoseFilter, locate_marker
-from services.sim.camera.marker_plates import MarkerPlate
-from services.sim.camera.rgbd_camera import RgbdCamera
+from lariat.perception.markers.marker_detection import MarkerDetector
+from lariat.perception.markers.marker_pose import MarkerPoseFilter, locate_marker
+from lariat.simulation.camera.marker_plates import MarkerPlate
+from lariat.simulation.camera.rgbd_camera import RgbdCamera
 
 RESOLUTIONS = ((640, 480), (1280, 720))
 """Widths and heights of the images [pixels]."""

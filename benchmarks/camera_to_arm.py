@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from rich.table import Table
 
+from lariat.scenario.cameras import DEFAULT_CAMERA
 from shared import topics
 from shared.messages import stamp_of
 from shared.recording import Recording
-from shared.scenario.cameras import DEFAULT_CAMERA
 
 COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)
 DEPTH = topics.CAMERA_DEPTH.at(DEFAULT_CAMERA)

@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle
-from lariat.trajectory import NANOSECONDS
+from lariat.scenario import SIDES, Scenario, load
+from lariat.trajectory import NANOSECONDS, SECOND
 from services.robot_gateway import service as gateway
 from services.robot_gateway.drivers.cr5.link import ByteStream
 from services.robot_gateway.service import RobotGatewayService
@@ -30,8 +31,7 @@ from shared.messages import (
     obstacle_message,
     poses_known,
 )
-from shared.runtime.service import SECOND, Inbox, Received
-from shared.scenario import SIDES, Scenario, load
+from shared.runtime.service import Inbox, Received
 from stack.simulation.emulated_arms import MemoryLink, emulated_links
 from stack.simulation.simulated_time import START
 

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
+from lariat.trajectory import SECOND
 from shared.messages import Message, TraceInput
-from shared.runtime.service import SECOND, Inbox, Publication, Received, Service
+from shared.runtime.service import Inbox, Publication, Received, Service
 from shared.topics import Topic
 
 HOUR = 3600 * SECOND

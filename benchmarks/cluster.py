@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
-from shared.configuration import ConfigurationError
-from shared.version import commit, version
+from lariat.configuration import ConfigurationError
+from lariat.version import commit, version
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

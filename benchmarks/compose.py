@@ -17,8 +17,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from shared.configuration import ConfigurationError
-from shared.scenario.shipped import shipped_names
+from lariat.configuration import ConfigurationError
+from lariat.scenario.shipped import shipped_names
 
 ROOT = Path(__file__).parents[1]
 """Folder of the clone, with its compose file."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from shared.scenario import Scenario
+from lariat.scenario import Scenario
 
 PLANT_NAMES = {"mujoco": "MuJoCo", "links": "rigid links", "rod": "Lariat's rod"}
 """Names of the plants, by `plant.model` of a scenario."""

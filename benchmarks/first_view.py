@@ -7,7 +7,7 @@ import tempfile
 import time
 from dataclasses import dataclass
 
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 """Programs that are looked for."""

@@ -22,11 +22,11 @@ from benchmarks.camera_to_arm import latencies, latency_table
 from benchmarks.conditions import Conditions
 from benchmarks.result_block import show
 from benchmarks.stages import attached
+from lariat.configuration import ConfigurationError
+from lariat.trajectory import SECOND
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import ArmStates, Health
 from shared.recording import Recording
-from shared.runtime.service import SECOND
 from stack.client import Cell
 
 RECORDING_FOLDER = Path("recordings")

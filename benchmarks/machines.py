@@ -20,12 +20,12 @@ from pathlib import Path
 
 import numpy as np
 
+from lariat.configuration import ConfigurationError
+from lariat.scenario.shipped import find
 from shared import bus as buses
 from shared import topics
 from shared.bus import BusOptions
-from shared.configuration import ConfigurationError
 from shared.messages import REACHED, ArmCommand, ArmStates, TaskRequest, TaskState
-from shared.scenario.shipped import find
 from stack import services
 from stack.client import Cell, Client, RequestFailed, connect
 from stack.credentials.access_control import OPERATOR, ROUTER

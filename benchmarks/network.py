@@ -10,12 +10,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from benchmarks.clock_offsets import CLOCK_OFFSETS, with_clock_offsets
-from lariat.trajectory import MotionLimits
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario, load
+from lariat.trajectory import SECOND, MotionLimits
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import ArmStates
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario, load
 from stack import services
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import Delivery, Network, session_id

@@ -27,13 +27,13 @@ from benchmarks.endurance.pages import OpenPages
 from benchmarks.endurance.samples import sample_of
 from benchmarks.live_stack import free_port
 from benchmarks.processor_time import processor_times
+from lariat.configuration import ConfigurationError
+from lariat.trajectory import SECOND
 from shared import bus as buses
 from shared import topics
 from shared.bus import Bus, BusOptions
-from shared.configuration import ConfigurationError
 from shared.messages import Health, Message
 from shared.recording import Recording
-from shared.runtime.service import SECOND
 from shared.topics import Topic
 from stack.launcher import module_entry
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT

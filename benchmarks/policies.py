@@ -26,8 +26,8 @@ from environments.policies.distillation import DistillationSettings
 from environments.policies.grip_policy import GripPolicy
 from environments.policies.training import TrainingSettings, train
 from environments.shape_control import ShapeControl
-from shared.configuration import ConfigurationError
-from shared.scenario import load
+from lariat.configuration import ConfigurationError
+from lariat.scenario import load
 
 REACHED_ERROR = 5e-3
 """Mean node distance to the goal at which it is reached [m]."""

@@ -63,14 +63,14 @@ PERTURBATIONS = (
         "perception",
         "rope",
         "prior change of curvature in the chain fit",
-        "settings:services.perception.centerline.chain_fit:FitSettings.curvature_change_sigma",
+        "settings:lariat.perception.centerline.chain_fit:FitSettings.curvature_change_sigma",
     ),
     Perturbation("planner", "rope", "wanted clearance", "scenario:control.clearance"),
     Perturbation(
         "planner",
         "rope",
         "weight on smooth paths",
-        "settings:services.planner.path_optimization.settings:PathOptimizationSettings"
+        "settings:lariat.planning.path_optimization.settings:PathOptimizationSettings"
         ".smoothness_weight",
     ),
     Perturbation("controller", "rope", "weight on speed", "scenario:control.speed_weight"),
@@ -78,7 +78,7 @@ PERTURBATIONS = (
         "controller",
         "rope",
         "model error of the material filter",
-        "settings:services.controller.estimation.material_filter_settings"
+        "settings:lariat.control.estimation.material_filter_settings"
         ":MaterialFilterSettings.model_error",
     ),
     Perturbation("robot_gateway", "requests", "limit of the jerk", "scenario:limits.jerk"),

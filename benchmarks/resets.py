@@ -12,11 +12,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from benchmarks.result_block import find_block, show
+from lariat.scenario import Scenario
+from lariat.scenario.shipped import shipped_names
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import FAILED, IDLE, REACHED, RunState, TaskRequest, TaskState, chain
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario
-from shared.scenario.shipped import shipped_names
 from stack import services
 from stack.scenario_overrides import load_with
 from stack.simulation.closed_loop import POLL_PERIOD, make_ready, with_emulated_arms

@@ -22,8 +22,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from shared.configuration import ConfigurationError
-from shared.version import version
+from lariat.configuration import ConfigurationError
+from lariat.version import version
 
 BLOCK = re.compile(r"^<!-- lariat (bench .+?) -->\n(.*?)^<!-- /lariat -->$", re.M | re.S)
 """Block of a page: the words of its command, and its content."""

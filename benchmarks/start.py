@@ -20,7 +20,7 @@ from benchmarks.first_view import FirstView, find_browser, first_view
 from benchmarks.live_stack import LiveStack
 from benchmarks.processor_time import processor_times
 from benchmarks.result_block import find_block, show
-from shared.scenario import find
+from lariat.scenario import find
 
 LAUNCHER = "lariat up"
 """Name of the launcher."""

@@ -10,8 +10,8 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 
+from lariat.suggestion import did_you_mean
 from shared.runtime.closed_pipe import ending_with_the_reader
-from shared.suggestion import did_you_mean
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 
 SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -95,7 +95,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         print(_help())
         return SUCCESS if argv else BAD_INPUT
     if argv[0] == "--version":
-        from shared.version import commit, version
+        from lariat.version import commit, version
 
         print(f"lariat {version()} {commit()}".rstrip())
         return SUCCESS
@@ -130,8 +130,8 @@ def _call(target: str, prog: str, arguments: Sequence[str]) -> int:
 
 def _report(error: Exception) -> int:
     """Report an error that a person can cure, and return the exit code; raise any other."""
+    from lariat.configuration import ConfigurationError
     from shared.bus import BusError, Unreachable
-    from shared.configuration import ConfigurationError
     from stack.client import RequestFailed
 
     if isinstance(error, RequestFailed | Unreachable):

@@ -11,8 +11,8 @@ import tyro
 
 from cli.held_key import held_key
 from cli.task import LOCAL, CellOptions
+from lariat.scenario import Side
 from shared.messages import ArmCommand, ArmStates
-from shared.scenario import Side
 from stack.approach import approach as approach_start
 from stack.client import Cell, RequestFailed, connect
 

@@ -22,16 +22,16 @@ from rich.progress import track
 from rich.table import Table
 
 from cli.extrinsics import Extrinsics, MarkerView, estimate_extrinsics
+from lariat.configuration import ConfigurationError
 from lariat.geometry import poses
 from lariat.geometry.cameras import Intrinsics
 from lariat.geometry.poses import Pose
-from services.perception.markers.marker_detection import MarkerDetector
+from lariat.perception.markers.marker_detection import MarkerDetector
+from lariat.scenario import Scenario
+from lariat.scenario.cameras import CameraSetup
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import arm_pose, poses_known, stamp_of
 from shared.recording import Recording
-from shared.scenario import Scenario
-from shared.scenario.cameras import CameraSetup
 
 MIN_VIEW_DISTANCE = 0.01
 """Distance between two places of the marker below which the second adds nothing [m]."""

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
-from shared.scenario import SIDES, Scenario
-from shared.scenario.plausibility import doubts
+from lariat.scenario import SIDES, Scenario
+from lariat.scenario.plausibility import doubts
 from stack import dependencies, preflight, services
 from stack.scenario_overrides import load_with
 
@@ -123,8 +123,8 @@ def planned(cell: Scenario, alternatives: int = 1, nearest: Path | None = None) 
         nearest: File for the nearest shape that can be reached, where no path leads to the goal.
     """
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
-    from services.planner.alternatives import alternative_paths, duration, travel
-    from services.planner.arms.arm_check import goal_fault, start_fault
+    from lariat.planning.alternatives import alternative_paths, duration, travel
+    from lariat.planning.arms.arm_check import goal_fault, start_fault
     from services.planner.service import PlannerService
     from stack.arm_advice import helpful_changes
     from stack.planning import scenario_departure, scenario_problem
@@ -165,6 +165,6 @@ def arm_starts(cell: Scenario) -> dict[str, list[float]]:
     if not sides:
         return {}
     # Imported late: only a cell with such an arm needs Pinocchio.
-    from shared.cr5.installation import scenario_joints
+    from lariat.arms.cr5_installation import scenario_joints
 
     return {side: [round(j, 2) for j in scenario_joints(cell, side)] for side in sides}

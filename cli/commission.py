@@ -11,9 +11,9 @@ import tyro
 
 from cli.held_key import held_key
 from cli.task import LOCAL, CellOptions
+from lariat.scenario import Scenario, find, load
 from shared import topics
 from shared.messages import ArmStates
-from shared.scenario import Scenario, find, load
 from stack.approach import approach
 from stack.client import Client, RequestFailed, connect
 from stack.commissioning.checklist import go_through

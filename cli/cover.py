@@ -12,6 +12,9 @@ from typing import Any
 import numpy as np
 import tyro
 
+from lariat.configuration import ConfigurationError
+from lariat.files import depth_file
+from lariat.files.mesh_file import read_mesh
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.depth_cover import cover_depth
@@ -20,10 +23,7 @@ from lariat.geometry.mesh_cover import MeshCover, cover_mesh
 from lariat.geometry.obstacle_checks import MAX_SIZE
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from shared.configuration import ConfigurationError
-from shared.files import depth_file
-from shared.files.mesh_file import read_mesh
-from shared.scenario.entries import inline, obstacle_entry
+from lariat.scenario.entries import inline, obstacle_entry
 
 
 def main(

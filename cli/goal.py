@@ -8,9 +8,9 @@ from typing import Annotated
 import tyro
 
 from cli.task import LOCAL, CellOptions, print_state
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Rope, Scenario, Shape, load
 from shared.messages import TaskRequest
-from shared.scenario import Rope, Scenario, Shape, load
 from stack.client import connect
 from stack.goal_message import goal_message
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
-from lariat.rod.identification import Prediction
+from lariat.identification import Prediction
 
 mpl.use("Agg")
 from matplotlib import pyplot as plt

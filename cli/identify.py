@@ -16,8 +16,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from lariat.rod import RodProperties
-from lariat.rod.identification import (
+from lariat.configuration import ConfigurationError
+from lariat.files.file_kind import kind_of
+from lariat.identification import (
     Fit,
     Motion,
     Prediction,
@@ -29,9 +30,8 @@ from lariat.rod.identification import (
     predict,
     undetermined,
 )
-from shared.configuration import ConfigurationError
-from shared.files.file_kind import kind_of
-from shared.suggestion import did_you_mean_file
+from lariat.rod import RodProperties
+from lariat.suggestion import did_you_mean_file
 
 MOTION_KEYS = ("vertices", "dt", "prescribed")
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import tyro
 
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 from shared.recording import Recording, copy_readable
 
 

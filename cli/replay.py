@@ -18,18 +18,18 @@ from rich.progress import Progress
 from rich.table import Table
 
 from cli.run import run_scenario, score_table
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario
+from lariat.scenario.extensions import require_allowed
+from lariat.suggestion import did_you_mean
+from lariat.trajectory import SECOND
 from shared import topics
-from shared.configuration import ConfigurationError
-from shared.extensions import require_allowed
 from shared.recording import Recording, Writer
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario
-from shared.suggestion import did_you_mean
 from stack import services
 from stack.replay.measures import RecordedMeasures, recorded_measures
-from stack.replay.moment import scenario_at
 from stack.replay.outside_inputs import NotReplayable, subject
 from stack.replay.recorded_service import RecordedService
+from stack.replay.resume import scenario_at
 from stack.replay.trace_replay import ReplayResult, replay_start
 from stack.simulation.closed_loop import as_json
 

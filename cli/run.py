@@ -15,13 +15,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from lariat.configuration import ConfigurationError
+from lariat.scenario import SIDES, Scenario
+from lariat.scenario.plausibility import doubts
+from lariat.trajectory import SECOND
 from services.recorder.runs.run_folder import MAX_NOTE_LENGTH
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import RunState
-from shared.runtime.service import SECOND
-from shared.scenario import SIDES, Scenario
-from shared.scenario.plausibility import doubts
 from stack import preflight
 from stack.scenario_overrides import load_with
 from stack.simulation.closed_loop import Score, Watch, as_json, run

@@ -12,16 +12,16 @@ import numpy as np
 import tyro
 from jaxtyping import Float64, UInt8, UInt16
 
+from lariat.configuration import ConfigurationError
+from lariat.files.bounded_file import read_file
+from lariat.files.image_header import check_image
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.poses import Pose
-from shared.configuration import ConfigurationError
-from shared.files.bounded_file import read_file
-from shared.files.image_header import check_image
 
 if TYPE_CHECKING:
-    from services.perception.centerline.estimate import CenterlineEstimate
-    from services.perception.image.detector import Detection
+    from lariat.perception.centerline.estimate import CenterlineEstimate
+    from lariat.perception.image.detector import Detection
 
 LINE_COLORS = ((255, 0, 255), (0, 255, 255), (255, 255, 0), (0, 255, 0), (255, 128, 0))
 """Colours of drawn centrelines, one rope after the other."""
@@ -77,10 +77,10 @@ def main(
         out: Image file to write, with the result drawn over the image.
         labels: Image file to write: 0 at the background, k where the k-th rope is seen.
     """
-    from services.perception.centerline.estimate import RopeModel
-    from services.perception.centerline.estimator import CenterlineEstimator
-    from services.perception.centerline.settings import CenterlineSettings
-    from services.perception.image import detector
+    from lariat.perception.centerline.estimate import RopeModel
+    from lariat.perception.centerline.estimator import CenterlineEstimator
+    from lariat.perception.centerline.settings import CenterlineSettings
+    from lariat.perception.image import detector
 
     measured = None
     if depth is not None:
@@ -142,7 +142,7 @@ def _answer(detection: Detection) -> dict[str, object]:
 
 def _notes(detection: Detection) -> list[str]:
     """Reasons why the result may be wrong."""
-    from services.perception.image.doubt import DOUBTFUL
+    from lariat.perception.image.doubt import DOUBTFUL
 
     notes = []
     if detection.doubt > DOUBTFUL:

@@ -11,18 +11,18 @@ from typing import Annotated
 
 import tyro
 
-from dashboard.door.site import Site
 from dashboard.options import DashboardOptions
 from dashboard.outbox import Outbox
 from dashboard.page import Page
 from dashboard.recordings.player import Player
 from dashboard.recordings.timeline import RecordedMessage, Timeline, thin_topic
 from dashboard.subscriptions import reads
+from dashboard.web.site import Site
+from lariat.configuration import ConfigurationError
+from lariat.trajectory import SECOND
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.recording import Recording
 from shared.runtime.live import Stopped, stopping_on_signals
-from shared.runtime.service import SECOND
 from shared.topics import Topic
 
 PICTURE_PERIOD = SECOND // 10

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import tyro
 
+from lariat.scenario import load
 from shared.messages import ArmStates, RunState, TaskRequest, TaskState
-from shared.scenario import load
 from stack.client import Cell, RequestFailed, connect
 
 CellOptions = Annotated[Cell, tyro.conf.arg(name="")]

@@ -10,6 +10,7 @@ from google.protobuf.message import Message
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import (
     ArmCommand,
@@ -31,7 +32,7 @@ from shared.messages import (
     TaskState,
     grip,
 )
-from shared.runtime.service import SECOND, Publication
+from shared.runtime.service import Publication
 from shared.topics import Topic
 
 ANSWER_TIMEOUT = 3 * SECOND

@@ -12,7 +12,6 @@ from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
 from dashboard.controls.arm_controls import ArmControls
 from dashboard.controls.run_controls import RunControls
-from dashboard.door.site import notify
 from dashboard.editors.goal_editor import GoalEditor
 from dashboard.editors.goal_shortcuts import GoalShortcuts
 from dashboard.editors.obstacle_editor import ObstacleEditor
@@ -32,8 +31,10 @@ from dashboard.scene.legend import COLORINGS, Coloring, legend_html
 from dashboard.scene.scene_setup import initial_viewpoint, set_theme
 from dashboard.scene.scene_view import INITIALLY_HIDDEN, LAYERS, SceneView
 from dashboard.subscriptions import STALE_AGE, latest_with_age, unheard
+from dashboard.web.site import notify
 from lariat.geometry.obstacle_motion import obstacles_at
-from lariat.trajectory import NANOSECONDS
+from lariat.scenario import SIDES, Scenario
+from lariat.trajectory import NANOSECONDS, SECOND
 from shared import topics
 from shared.messages import (
     ArmStates,
@@ -45,8 +46,7 @@ from shared.messages import (
     obstacle_motions,
     scene_obstacles,
 )
-from shared.runtime.service import SECOND, Inbox
-from shared.scenario import SIDES, Scenario
+from shared.runtime.service import Inbox
 
 IDLE_PERIOD = SECOND
 """Time between two drawings while no browser is open [ns]."""

@@ -6,15 +6,15 @@ from collections.abc import Iterator, Sequence
 
 from dashboard.controls.first_steps import FirstSteps
 from dashboard.controls.stop_bar import StopBar
-from dashboard.door.site import Site
 from dashboard.options import DashboardOptions
 from dashboard.outbox import Outbox
 from dashboard.page import Page
 from dashboard.subscriptions import READS, latest_with_age, reads, silence, unheard
+from dashboard.web.site import Site
+from lariat.arms.description import with_own_urdfs
+from lariat.scenario import Scenario
 from shared import topics
-from shared.arms.description import with_own_urdfs
 from shared.runtime.service import Inbox, Publication
-from shared.scenario import Scenario
 from shared.topics import Topic
 
 

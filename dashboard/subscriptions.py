@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
 from shared import topics
-from shared.runtime.service import SECOND, Inbox
-from shared.scenario import Scenario
+from shared.runtime.service import Inbox
 from shared.topics import Topic
 
 SERVICES = (

@@ -9,9 +9,9 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
+from lariat.scenario.sections import Limits
+from lariat.simulation.plants.end_motion import EndMotion
 from lariat.trajectory import clipped
-from services.sim.plants.end_motion import EndMotion
-from shared.scenario.sections import Limits
 
 
 @dataclass(frozen=True)

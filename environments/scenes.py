@@ -20,10 +20,10 @@ from lariat.geometry.grippers import gripper_points
 from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
-from services.sim.plants.factory import build_plant, true_properties
-from shared.scenario import Scenario, Shape
-from shared.scenario.scenario import LEVEL_GRIP
-from shared.scenario.sections import End, Ends, Event, Obstacle, Waypoint
+from lariat.scenario import Scenario, Shape
+from lariat.scenario.scenario import LEVEL_GRIP
+from lariat.scenario.sections import End, Ends, Event, Obstacle, Waypoint
+from lariat.simulation.plants.factory import build_plant, true_properties
 
 Kind = Literal[
     "easy",

@@ -22,12 +22,12 @@ from lariat.geometry import polylines
 from lariat.geometry.grippers import gripper_points
 from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
-from services.sim.camera.rgbd_camera import Frame, RgbdCamera
-from services.sim.camera.sensor_noise import SensorNoise
-from services.sim.camera.true_camera import true_camera
-from services.sim.world import World
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario, load
+from lariat.scenario import Scenario, load
+from lariat.simulation.camera.rgbd_camera import Frame, RgbdCamera
+from lariat.simulation.camera.sensor_noise import SensorNoise
+from lariat.simulation.camera.true_camera import true_camera
+from lariat.simulation.world import World
+from lariat.trajectory import SECOND
 
 ID = "lariat/ShapeControl-v0"
 """Id of the environment."""

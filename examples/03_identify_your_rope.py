@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lariat.geometry import Pose
+from lariat.identification import check_motion, findings, identify, predict
 from lariat.rod import Rod, RodProperties, RolloutSpec
-from lariat.rod.identification import check_motion, findings, identify, predict
 
 RATE = 100.0
 """Frames per second of the motion capture [Hz]."""

@@ -7,10 +7,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lariat.geometry import TABLE, Obstacle, Pose
+from lariat.planning.problem import Problem
+from lariat.planning.whole_path import plan
 from lariat.rod import Rod, RodProperties
-from services.planner.problem import Problem
-from services.planner.whole_path import plan
-from shared.scenario.sections import Limits
+from lariat.scenario.sections import Limits
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
 """Orientation of a grip that points along x, wxyz."""

@@ -7,12 +7,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lariat.geometry import TABLE, Camera, Intrinsics, Pose, looking_at, polylines
+from lariat.perception.centerline.estimate import RopeModel
+from lariat.perception.centerline.estimator import CenterlineEstimator
+from lariat.perception.centerline.settings import CenterlineSettings
 from lariat.rod import Rod, RodProperties
-from services.perception.centerline.estimate import RopeModel
-from services.perception.centerline.estimator import CenterlineEstimator
-from services.perception.centerline.settings import CenterlineSettings
-from services.sim.camera.rgbd_camera import RgbdCamera
-from services.sim.camera.sensor_noise import SensorNoise
+from lariat.simulation.camera.rgbd_camera import RgbdCamera
+from lariat.simulation.camera.sensor_noise import SensorNoise
 
 CAMERA = Camera(
     Intrinsics(width=640, height=480, fx=500.0, fy=500.0, cx=320.0, cy=240.0),

@@ -11,10 +11,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lariat.geometry import polylines
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import chain
 from shared.recording import Recording
-from shared.runtime.service import SECOND
 
 FILE = Path(__file__).parents[1] / "tests" / "replay" / "three-cylinders.mcap"
 """Recording to read; `lariat up` writes yours to the folder `recordings`."""

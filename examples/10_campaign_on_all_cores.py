@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
 from benchmarks.goals.campaign import Trial, TrialSpec, run_trials
-from shared.scenario import load
+from lariat.scenario import load
 
 
 def main(count: int = 8, workers: int = os.cpu_count() or 1) -> Figure:

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples.methods.shape_servo import ShapeServo
-from shared.runtime.service import SECOND
+from lariat.trajectory import SECOND
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 

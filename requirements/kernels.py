@@ -11,14 +11,15 @@ import sys
 from multiprocessing.pool import ThreadPool
 from pathlib import Path
 
-from lariat.machine_code import kernel_key, library
-from lariat.rod.launch import machine_code as rod
 from services.controller.mpc import motion_kernels as controller_motion
 from services.perception.centerline import chain_fit
 from services.robot_gateway.motion import motion_kernels as gateway_motion
 from services.sim.camera import camera_kernels
 from shared.arms import path_kernel
 from shared.constraints import sphere_kernels
+
+from lariat.machine_code import kernel_key, library
+from lariat.rod.launch import machine_code as rod
 
 SOURCES = (
     # The rod's takes longest.

@@ -15,12 +15,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from lariat.arms.description import arm_description
+from lariat.arms.urdf import Urdf
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from shared.arms.description import arm_description
-from shared.files.urdf import Urdf
-from shared.scenario import SIDES, Scenario, Side
-from shared.scenario.placement import base_of
+from lariat.scenario import SIDES, Scenario, Side
+from lariat.scenario.placement import base_of
 
 log = logging.getLogger(__name__)
 

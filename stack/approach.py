@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import ArmCommand, ArmStates, Consent
-from shared.runtime.service import SECOND
 from stack.client import POLL_PERIOD, Client, RequestFailed
 
 CONSENT_PERIOD = 20_000_000

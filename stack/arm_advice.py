@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.geometry import poses
-from services.planner.arms.arm_check import goal_fault, start_fault
-from shared.scenario import SIDES, Scenario, Side
+from lariat.planning.arms.arm_check import goal_fault, start_fault
+from lariat.scenario import SIDES, Scenario, Side
 from stack.planning import scenario_problem
 
 BASE_MOVES = (0.1, 0.2)

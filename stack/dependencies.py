@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib.util import find_spec
 
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
+from lariat.scenario import SIDES, Scenario
 from shared.runtime.live import EXTRAS
-from shared.scenario import SIDES, Scenario
 
 
 def check(scenario: Scenario, parts: Sequence[str]) -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from lariat.scenario import Scenario, Shape
 from shared import topics
 from shared.messages import Goal, GoalDraft, GoalPreview, TaskState, grip
 from shared.runtime.clock import SystemClock
-from shared.scenario import Scenario, Shape
 from stack.client import Client, RequestFailed
 
 
@@ -39,11 +39,11 @@ def goal_message(scenario: Scenario, shape: Shape, client: Client) -> Goal:
 def _part_message(scenario: Scenario, shape: Shape) -> Goal:
     """Goal of a part of the rope, fitted here: the controller's steps cannot wait for it."""
     # Imported late: the rod starts a compiler, which other goals do not need.
+    from lariat.control.run.goals import GoalFactory
+    from lariat.control.run.task import RequestRefused
     from lariat.rod import Rod
+    from lariat.scenario.rod_properties import rod_properties
     from services.controller import messages
-    from services.controller.run.goals import GoalFactory
-    from services.controller.run.task import RequestRefused
-    from shared.scenario.rod_properties import rod_properties
 
     rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
     goals = GoalFactory(scenario, rod, scenario.grips(scenario.start))

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from lariat.control.run.goals import GoalFactory
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import pack_supports
+from lariat.planning.moving_obstacles import Departure, divided, plan_departure
+from lariat.planning.problem import Problem
+from lariat.planning.whole_path import plan
 from lariat.rod import Rod, add_turns
-from services.controller.run.goals import GoalFactory
-from services.planner.moving_obstacles import Departure, divided, plan_departure
-from services.planner.problem import Problem
+from lariat.scenario import Scenario
+from lariat.scenario.rod_properties import rod_properties
 from services.planner.service import PlannerService
-from services.planner.whole_path import plan
-from shared.scenario import Scenario
-from shared.scenario.rod_properties import rod_properties
 
 
 def scenario_problem(scenario: Scenario) -> Problem:

@@ -1,6 +1,6 @@
 """Check of a scenario with the rod: the rope at rest must not touch an obstacle.
 
-It covers the start, the goal and the goals of events; `shared.scenario.load` checks the values.
+It covers the start, the goal and the goals of events; `lariat.scenario.load` checks the values.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.configuration import ConfigurationError
 from lariat.geometry import obstacles as geometry
-from shared.configuration import ConfigurationError
-from shared.scenario import Scenario, Shape
+from lariat.scenario import Scenario, Shape
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,9 @@ def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
 
 def _at_rest(scenario: Scenario, key: str, shape: Shape) -> Float64[np.ndarray, "n 3"]:
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
+    from lariat.control.run.goals import GoalFactory
     from lariat.rod import Rod
-    from services.controller.run.goals import GoalFactory
-    from shared.scenario.rod_properties import rod_properties
+    from lariat.scenario.rod_properties import rod_properties
 
     rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
     goals = GoalFactory(scenario, rod, scenario.grips(scenario.start))

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from shared.configuration import ConfigurationError, parse_value
-from shared.scenario import Scenario, load, parse
+from lariat.configuration import ConfigurationError, parse_value
+from lariat.scenario import Scenario, load, parse
 
 
 def load_with(path: Path, settings: Sequence[str], seed: int | None = None) -> Scenario:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from shared.runtime.service import SECOND, Service
-from shared.scenario import Scenario
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
+from shared.runtime.service import Service
 
 NAMES = ("sim", "perception", "planner", "controller", "robot_gateway")
 """Services of the closed loop, in the direction of the data."""

@@ -22,7 +22,7 @@ LIVE = (
     "cli/watch/test_watch.py",
     "compose",
     "dashboard/controls/test_stop_bar.py",
-    "dashboard/door",
+    "dashboard/web",
     "dashboard/test_service.py",
     "services/camera/test_external_publisher.py",
     "services/cr5_emulator",

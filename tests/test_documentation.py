@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from docs.generator.reference_pages import PATHS
-from shared.scenario import parse
+from lariat.scenario import parse
 from shared.topics import TOPICS
 from stack import preflight
 

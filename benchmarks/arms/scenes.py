@@ -15,12 +15,12 @@ from lariat.geometry import poses
 from lariat.geometry.grippers import gripper_points
 from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
+from lariat.planning.arms.arm_check import goal_fault, start_fault
 from lariat.rod import Rod
-from services.planner.arms.arm_check import goal_fault, start_fault
-from services.sim.plants.factory import build_plant, true_properties
-from shared.scenario import Scenario, Shape, load
-from shared.scenario.sections import Ends, Obstacle
-from shared.scenario.shipped import find
+from lariat.scenario import Scenario, Shape, load
+from lariat.scenario.sections import Ends, Obstacle
+from lariat.scenario.shipped import find
+from lariat.simulation.plants.factory import build_plant, true_properties
 from stack.planning import scenario_problem
 
 BASES = {1: "fixed-end", 2: "two-arms"}

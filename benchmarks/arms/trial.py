@@ -9,12 +9,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from benchmarks.arms.scenes import BASES, sample_scene
-from services.planner.arms.arm_check import arm_fault
+from lariat.planning.arms.arm_check import arm_fault
+from lariat.planning.whole_path import plan
+from lariat.scenario import load
+from lariat.scenario.shipped import find
 from services.planner.service import PlannerService
-from services.planner.whole_path import plan
 from shared import topics
-from shared.scenario import load
-from shared.scenario.shipped import find
 from stack.planning import scenario_problem
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import Delivery

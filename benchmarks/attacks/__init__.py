@@ -11,7 +11,7 @@ from pathlib import Path
 from benchmarks.attacks import bus_member, network_stranger, other_user, web_page
 from benchmarks.attacks.attack import Attack
 from benchmarks.live_stack import LiveStack
-from shared.scenario.shipped import find
+from lariat.scenario.shipped import find
 
 DEFAULT_SCENARIO = Path("three-cylinders")
 """Scenario of the stack: a cell that arms itself, so that whoever gets in could move it."""

@@ -13,7 +13,7 @@ from benchmarks.attacks.attack import Attack, NoControl
 from benchmarks.attacks.process_tree import descendants, listening_ports
 from benchmarks.live_stack import LiveStack
 from benchmarks.machines import ROBOT, cable, on_second_machine
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 
 WHO = "another machine of the network"
 PROBE = """

@@ -15,8 +15,8 @@ from jaxtyping import Float64
 from benchmarks.coverage.trial import Stated
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
+from lariat.identification import Motion, check_motion, findings, identify
 from lariat.rod import Rod, RodProperties, RolloutSpec
-from lariat.rod.identification import Motion, check_motion, findings, identify
 
 ROPE = RodProperties(0.7, 0.008, 0.05, 1e7, damping=0.5, internal_damping=0.02)
 """Rope of which stiffness and dampings are changed."""

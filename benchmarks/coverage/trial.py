@@ -15,20 +15,20 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.control.estimation.adaptation import Adaptation, apply_material
+from lariat.control.estimation.grip_errors import GripErrors
+from lariat.control.estimation.material_filter import MaterialFilter
+from lariat.control.estimation.state_estimator import StateEstimator
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
+from lariat.simulation.plants.flex_rope import FlexRope
+from lariat.simulation.plants.linked_rope import LinkedRope
+from lariat.simulation.plants.mujoco_plant import MujocoPlant
+from lariat.simulation.plants.mujoco_rope import MujocoRope
+from lariat.simulation.plants.plant import Plant
+from lariat.simulation.plants.rod_plant import RodPlant
 from lariat.trajectory import MotionState
-from services.controller.estimation.adaptation import Adaptation, apply_material
-from services.controller.estimation.grip_errors import GripErrors
-from services.controller.estimation.material_filter import MaterialFilter
-from services.controller.estimation.state_estimator import StateEstimator
-from services.sim.plants.flex_rope import FlexRope
-from services.sim.plants.linked_rope import LinkedRope
-from services.sim.plants.mujoco_plant import MujocoPlant
-from services.sim.plants.mujoco_rope import MujocoRope
-from services.sim.plants.plant import Plant
-from services.sim.plants.rod_plant import RodPlant
 
 PlantModel = Literal["rod", "mujoco", "links"]
 """Simulator of the true rope."""

@@ -18,8 +18,8 @@ from benchmarks.endurance.live import LiveOperation
 from benchmarks.endurance.samples import Sample, Trend, trends
 from benchmarks.endurance.simulated import SimulatedOperation
 from benchmarks.result_block import find_block, show
-from shared.configuration import ConfigurationError
-from shared.scenario import Scenario, load
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario, load
 
 DEFAULT_SCENARIO = Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml"
 """Scenario of the runs."""

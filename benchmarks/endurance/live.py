@@ -15,11 +15,11 @@ from benchmarks.child_processes import child_processes
 from benchmarks.endurance.pages import OpenPages
 from benchmarks.endurance.samples import Sample, sample_of
 from benchmarks.live_stack import LiveStack
+from lariat.scenario import load
 from services.recorder.retention import IDLE_ENDING
 from shared import topics
 from shared.messages import FAILED, IDLE, REACHED, ArmCommand, ArmStates, Health, TaskRequest
 from shared.recording import Recording
-from shared.scenario import load
 from stack.client import RequestFailed
 from stack.credentials.local_secret import find_local_secret
 from stack.launcher import module_entry

@@ -11,7 +11,7 @@ import aiohttp
 import msgspec
 import viser
 
-from dashboard.door.browser_messages import ViewerCameraMessage
+from dashboard.web.browser_messages import ViewerCameraMessage
 
 PROTOCOL = f"viser-v{viser.__version__}"
 """Protocol of viser's side of the page."""

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.endurance.samples import Sample, sample_of
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import FAILED, IDLE, REACHED, TaskRequest, TaskState
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario
 from stack import services
 from stack.simulation.closed_loop import POLL_PERIOD, make_ready, with_emulated_arms
 from stack.simulation.simulated_time import START, SimulatedStack, session_id

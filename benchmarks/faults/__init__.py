@@ -19,9 +19,9 @@ from benchmarks.faults.cell import FaultCell
 from benchmarks.faults.fault_trial import FaultResult, Phase, run_trial
 from benchmarks.faults.observed_cell import LINK_TIMEOUT
 from benchmarks.faults.processes import OTHER_SIDE, CellProcesses, DeadlineMissed
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
+from lariat.scenario import load
 from shared.messages import ArmStates
-from shared.scenario import load
 from stack.client import RequestFailed
 
 DEFAULT_SCENARIO = Path(__file__).parents[2] / "scenarios" / "fixed-end.toml"

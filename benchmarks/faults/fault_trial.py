@@ -13,7 +13,7 @@ from benchmarks.faults.cell import FaultCell
 from benchmarks.faults.joint_log import JointLog
 from benchmarks.faults.observed_cell import LINK_TIMEOUT
 from benchmarks.faults.processes import POLL_INTERVAL, DeadlineMissed
-from services.robot_gateway.safety.stop_causes import STOP_CAUSES
+from lariat.safety.guard.stop_causes import STOP_CAUSES
 from shared.messages import RUNNING, ArmStates
 from stack.client import RequestFailed
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from benchmarks.faults.joint_log import JointLog
 from benchmarks.faults.processes import START_TIMEOUT, CellProcesses, DeadlineMissed, wait_until
+from lariat.scenario import Scenario
 from shared import topics
 from shared.messages import ArmStates, StackState
 from shared.runtime.clock import SystemClock
-from shared.scenario import Scenario
 from stack import client, services
 from stack.client import Client
 

@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from benchmarks.faults.line_condition import LineCommand
-from shared.scenario import Scenario, Side
+from lariat.scenario import Scenario, Side
 from stack import services
 from stack.credentials.local_secret import find_local_secret
 from stack.launcher import module_entry

@@ -19,9 +19,9 @@ from benchmarks.fuzz.file_targets import file_targets
 from benchmarks.fuzz.launcher_target import LauncherTarget
 from benchmarks.fuzz.message_targets import ServiceTarget, Totals
 from benchmarks.fuzz.page_target import PageTarget
-from shared.configuration import ConfigurationError
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario, load
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario, load
+from lariat.trajectory import SECOND
 from stack import services
 from stack.simulation.simulated_time import START, Delivery, SimulatedStack
 

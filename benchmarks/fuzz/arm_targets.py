@@ -12,13 +12,14 @@ import numpy as np
 
 from benchmarks.fuzz.hostile_bytes import mutated
 from benchmarks.fuzz.message_targets import Totals
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from services.cr5_emulator.connection import Connection
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway import service as gateway
 from services.robot_gateway.drivers.cr5.link import ByteStream, StreamState
-from shared.runtime.service import SECOND, Inbox
-from shared.scenario import load
+from shared.runtime.service import Inbox
 from stack.simulation.emulated_arms import MemoryLink, emulated_links
 from stack.simulation.simulated_time import START
 

@@ -10,8 +10,8 @@ from benchmarks.endurance.pages import OpenPages
 from benchmarks.fuzz.message_targets import ServiceTarget, Totals
 from dashboard.options import DashboardOptions
 from dashboard.service import build
+from lariat.scenario import Scenario
 from shared.runtime.service import Service
-from shared.scenario import Scenario
 from stack.simulation.simulated_time import Delivery
 
 CLOSING_TIME = 0.2

@@ -15,15 +15,15 @@ import numpy as np
 
 from benchmarks.fuzz.hostile_bytes import mutated
 from benchmarks.fuzz.message_targets import Totals
+from lariat.configuration import ConfigurationError
+from lariat.files.bounded_file import read_file
+from lariat.files.image_header import check_image
+from lariat.files.mesh_file import HEADER_SIZE, RECORD, read_mesh
 from lariat.geometry.mesh_cover import cover_mesh
 from lariat.geometry.obstacle_checks import MAX_SIZE
-from shared.configuration import ConfigurationError
-from shared.files.bounded_file import read_file
-from shared.files.image_header import check_image
-from shared.files.mesh_file import HEADER_SIZE, RECORD, read_mesh
+from lariat.scenario import Scenario, load, parse
+from lariat.trajectory import SECOND
 from shared.recording import Recording, Writer, copy_readable
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario, load, parse
 from shared.topics import ROPE_NODES
 
 OBJ = b"v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2//1 3//1 -1//1\n"

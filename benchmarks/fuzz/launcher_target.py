@@ -11,16 +11,16 @@ from pathlib import Path
 
 from benchmarks.fuzz.hostile_messages import HostileMessages
 from benchmarks.fuzz.message_targets import PLACEHOLDERS, Totals, corpus_of
+from lariat.scenario import find
 from shared.bus.message_check import MessageCheck
 from shared.runtime.service import Received
-from shared.scenario import find
 from shared.topics import Topic
-from stack.cell_switch.campaign.campaigns import Campaigns
-from stack.cell_switch.cell_switch import CellSwitch
-from stack.cell_switch.library import ScenarioLibrary
 from stack.launcher.console import ProcessConsole
 from stack.launcher.launcher import Launcher
 from stack.launcher.process import Program
+from stack.scenario_manager.campaign.campaigns import Campaigns
+from stack.scenario_manager.library import ScenarioLibrary
+from stack.scenario_manager.scenario_manager import CellSwitch
 from stack.simulation.simulated_time import START, Delivery
 
 CHECK = (sys.executable, "-S", "-c", "")

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from benchmarks.fuzz.hostile_messages import HostileMessages
+from lariat.scenario import SIDES, Scenario
+from lariat.trajectory import SECOND
 from shared.bus.message_check import MessageCheck
-from shared.runtime.service import SECOND, Mailbox, Received, Service
-from shared.scenario import SIDES, Scenario
+from shared.runtime.service import Mailbox, Received, Service
 from shared.topics import TOPICS, Topic
 from stack import services
 from stack.simulation.simulated_time import START, Delivery

@@ -18,8 +18,9 @@ from benchmarks.fuzz.hostile_bytes import mutated
 from benchmarks.fuzz.message_targets import Totals
 from dashboard.options import DashboardOptions
 from dashboard.service import DashboardService, build
-from shared.runtime.service import SECOND, Inbox
-from shared.scenario import Scenario
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
+from shared.runtime.service import Inbox
 from stack.simulation.simulated_time import START
 
 PROTOCOL = f"viser-v{viser.__version__}"

@@ -23,15 +23,15 @@ from benchmarks.goals.campaign import Trial, TrialSpec
 from benchmarks.result_block import find_block, show
 from benchmarks.worker_pool import Workers
 from environments.scenes import Kind
-from shared.configuration import ConfigurationError
-from shared.scenario import Scenario, load
-from shared.scenario.sections import (
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario, load
+from lariat.scenario.sections import (
     CONTROL_METHODS,
     PATH_PLANNERS,
     PERCEPTION_METHODS,
     STATE_ESTIMATORS,
 )
-from shared.scenario.shipped import find
+from lariat.scenario.shipped import find
 
 BASE_SCENARIO = "three-cylinders"
 """Scenario of rope, cylinders and limits."""

@@ -17,9 +17,9 @@ from benchmarks.goals.motion_metrics import MotionMetrics
 from benchmarks.worker_pool import Workers
 from environments.scenes import Kind, sample_scene
 from lariat.geometry.obstacles import Obstacle
+from lariat.scenario import Scenario
 from shared import topics
 from shared.messages import FAILED, scene_obstacles
-from shared.scenario import Scenario
 from stack.simulation import closed_loop
 from stack.simulation.closed_loop import Score
 

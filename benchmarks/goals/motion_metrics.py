@@ -11,7 +11,9 @@ from lariat.geometry.grippers import gripper_points
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.obstacles import Obstacle, segment_distance
 from lariat.geometry.poses import Pose
-from lariat.trajectory import NANOSECONDS
+from lariat.scenario import Scenario
+from lariat.scenario.sections import Limits
+from lariat.trajectory import NANOSECONDS, SECOND
 from shared import topics
 from shared.messages import (
     ArmStates,
@@ -22,9 +24,6 @@ from shared.messages import (
     poses_known,
     scene_obstacles,
 )
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario
-from shared.scenario.sections import Limits
 from stack.simulation.simulated_time import Delivery
 
 CLEARANCE_PERIOD = SECOND // 30

@@ -15,7 +15,7 @@ from rich.table import Table
 from benchmarks.horizon.errors import MAX_NOISE_RATIO, HorizonErrors, horizon_errors
 from benchmarks.horizon.times import Method, planning_times
 from benchmarks.result_block import find_block, show
-from shared.scenario import load
+from lariat.scenario import load
 
 BASE_SCENARIO = "three-cylinders"
 """Scenario of rope, goal and obstacles of the timed horizons."""

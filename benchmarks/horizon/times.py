@@ -17,13 +17,13 @@ from jaxtyping import Float64
 from rich.console import Console
 from rich.progress import track
 
+from lariat.control.model_factory import horizon_optimizer
+from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
+from lariat.control.mpc.horizon import HorizonProblem
 from lariat.rod import Rod, RodState, RolloutSpec
-from services.controller.model_factory import horizon_optimizer
-from services.controller.mpc.collision_avoidance import AvoidanceSpecification
-from services.controller.mpc.horizon import HorizonProblem
-from shared.motion_contract import PATHLESS_LIMIT_SHARE
-from shared.scenario import Scenario
-from shared.scenario.rod_properties import rod_properties
+from lariat.safety.motion_contract import PATHLESS_LIMIT_SHARE
+from lariat.scenario import Scenario
+from lariat.scenario.rod_properties import rod_properties
 
 MAX_GRIP_DISTANCE = 0.44
 """Largest distance of the grips that the horizon allows [m]."""

@@ -22,7 +22,7 @@ from benchmarks.paper.studies import (
     studies,
 )
 from benchmarks.result_block import find_block, show
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 
 TABLE_WIDTH = 150
 """Least width of the printed tables [characters]."""

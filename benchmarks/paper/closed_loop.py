@@ -14,13 +14,13 @@ import numpy as np
 from jaxtyping import Float64
 
 from benchmarks.paper.goals import Goal
+from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
+from lariat.control.mpc.horizon import HorizonOptimizer, HorizonProblem
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import chain_clearance, pack
+from lariat.paper.adaptation import PaperAdaptation
+from lariat.paper.xpbd import PARAMETERS, XpbdProperties, XpbdRod
 from lariat.rod import Rod, RodState, RolloutSpec
-from lariat.rod.xpbd import PARAMETERS, XpbdProperties, XpbdRod
-from services.controller.mpc.collision_avoidance import AvoidanceSpecification
-from services.controller.mpc.horizon import HorizonOptimizer, HorizonProblem
-from services.controller.paper.adaptation import PaperAdaptation
 
 PAPER_TIME_STEP = 0.01
 """Time step of the paper [s]."""

@@ -16,10 +16,10 @@ from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
+from lariat.paper.xpbd import XpbdRod
 from lariat.rod import Rod, RodState
-from lariat.rod.xpbd import XpbdRod
-from shared.scenario import load
-from shared.scenario.shipped import find
+from lariat.scenario import load
+from lariat.scenario.shipped import find
 
 BASE_SCENARIO = "three-cylinders"
 """Scenario of the cylinders."""

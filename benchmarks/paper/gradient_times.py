@@ -15,14 +15,14 @@ from jaxtyping import Float64
 
 from benchmarks.paper.closed_loop import horizon_problem
 from benchmarks.paper.goals import LEVEL_ORIENTATION, Goal, obstacles, start_state
+from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
+from lariat.control.mpc.gauss_newton import GaussNewton
+from lariat.control.mpc.objective import ObjectiveWeights
 from lariat.geometry.poses import Pose
 from lariat.machine_code import taichi_runtime
+from lariat.paper.xpbd import XpbdRod
 from lariat.rod import Rod, RodState, RolloutSpec
-from lariat.rod.xpbd import XpbdRod
-from services.controller.mpc.collision_avoidance import AvoidanceSpecification
-from services.controller.mpc.gauss_newton import GaussNewton
-from services.controller.mpc.objective import ObjectiveWeights
-from shared.scenario.sections import Control, Limits
+from lariat.scenario.sections import Control, Limits
 
 STEP_COUNT, TIME_STEP = 5, 0.01
 """Number of steps of a horizon, and time step [s]."""

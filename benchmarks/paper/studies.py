@@ -9,18 +9,18 @@ import numpy as np
 
 from benchmarks.paper.closed_loop import ShapingRun, run_to_goal
 from benchmarks.paper.goals import Goal, goals, obstacles, start_state
+from lariat.control.model_factory import paper_rod
+from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
+from lariat.control.mpc.gauss_newton import GaussNewton
+from lariat.control.mpc.horizon import HorizonOptimizer
+from lariat.control.mpc.objective import ObjectiveWeights
+from lariat.paper.adaptation import PaperAdaptation
+from lariat.paper.optimizer import PaperOptimizer
+from lariat.paper.policies import ACTIONS_RATE, Actions, Network
+from lariat.paper.xpbd import XpbdRod
 from lariat.rod import Rod
-from lariat.rod.xpbd import XpbdRod
+from lariat.scenario.sections import Limits, PaperControl
 from lariat.trajectory import MotionLimits
-from services.controller.model_factory import paper_rod
-from services.controller.mpc.collision_avoidance import AvoidanceSpecification
-from services.controller.mpc.gauss_newton import GaussNewton
-from services.controller.mpc.horizon import HorizonOptimizer
-from services.controller.mpc.objective import ObjectiveWeights
-from services.controller.paper.adaptation import PaperAdaptation
-from services.controller.paper.optimizer import PaperOptimizer
-from services.controller.paper.policies import ACTIONS_RATE, Actions, Network
-from shared.scenario.sections import Limits, PaperControl
 
 ROPE_LENGTH, ROPE_DIAMETER, NODE_COUNT = 0.45, 0.008, 40
 """Length and diameter of the rope [m], and its number of nodes."""

@@ -17,9 +17,9 @@ from benchmarks.paper.closed_loop import PAPER_TIME_STEP
 from benchmarks.paper.goals import BASE_SCENARIO, START_GRIPS, Goal
 from benchmarks.paper.studies import NODE_COUNT
 from lariat.rod import Rod
-from shared.scenario import Rope, Scenario, Shape, load
-from shared.scenario.sections import Plant, PlantRope
-from shared.scenario.shipped import find
+from lariat.scenario import Rope, Scenario, Shape, load
+from lariat.scenario.sections import Plant, PlantRope
+from lariat.scenario.shipped import find
 from stack.simulation import closed_loop
 from stack.simulation.closed_loop import Score
 

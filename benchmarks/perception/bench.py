@@ -20,13 +20,13 @@ import numpy as np
 from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR, Kind, views_of
 from benchmarks.result_block import figures_table, find_block, show
 from lariat.geometry.poses import Pose
+from lariat.perception.centerline.estimate import CenterlineEstimate, RopeModel, ShapePrior
+from lariat.perception.centerline.estimator import CenterlineEstimator
+from lariat.perception.centerline.settings import CenterlineSettings
+from lariat.perception.tracking.paper_baseline import paper_nodes
 from lariat.rod import Rod, RodProperties
-from services.perception.centerline.estimate import CenterlineEstimate, RopeModel, ShapePrior
-from services.perception.centerline.estimator import CenterlineEstimator
-from services.perception.centerline.settings import CenterlineSettings
-from services.perception.tracking.paper_baseline import paper_nodes
-from services.sim.camera.rgbd_camera import RgbdCamera
-from services.sim.camera.sensor_noise import SensorNoise
+from lariat.simulation.camera.rgbd_camera import RgbdCamera
+from lariat.simulation.camera.sensor_noise import SensorNoise
 
 LIVE_RESOLUTION, LARGE_RESOLUTION = (640, 480), (1280, 720)
 """Resolution of a cell's images, and a larger one [pixels]."""

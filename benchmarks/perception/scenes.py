@@ -15,9 +15,9 @@ from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from services.sim.plants.flex_rope import FlexRope
-from services.sim.plants.mujoco_plant import MujocoPlant
-from services.sim.plants.mujoco_rope import MujocoRope
+from lariat.simulation.plants.flex_rope import FlexRope
+from lariat.simulation.plants.mujoco_plant import MujocoPlant
+from lariat.simulation.plants.mujoco_rope import MujocoRope
 
 Kind = Literal["easy", "hidden", "hard"]
 

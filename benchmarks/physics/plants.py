@@ -16,13 +16,13 @@ import numpy as np
 from benchmarks.physics.convergence import Case, Error
 from benchmarks.physics.elasticae import CLAMPED_ROPES, HeldRope
 from lariat.geometry.poses import Pose
-from services.sim.plants.end_motion import EndMotion
-from services.sim.plants.flex_rope import FlexRope
-from services.sim.plants.linked_rope import LinkedRope
-from services.sim.plants.mujoco_plant import MujocoPlant
-from services.sim.plants.mujoco_rope import MujocoRope
-from services.sim.plants.plant import Plant
-from services.sim.plants.rod_plant import RodPlant
+from lariat.simulation.plants.end_motion import EndMotion
+from lariat.simulation.plants.flex_rope import FlexRope
+from lariat.simulation.plants.linked_rope import LinkedRope
+from lariat.simulation.plants.mujoco_plant import MujocoPlant
+from lariat.simulation.plants.mujoco_rope import MujocoRope
+from lariat.simulation.plants.plant import Plant
+from lariat.simulation.plants.rod_plant import RodPlant
 
 Model = Literal["rod", "mujoco", "links"]
 NODE_COUNTS = (40, 80, 120, 160)

@@ -14,13 +14,13 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
+from lariat.scenario import Rope, Scenario, load
+from lariat.scenario.cameras import DEFAULT_CAMERA
+from lariat.scenario.rod_properties import rod_properties
+from lariat.scenario.shipped import find
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import arm_pose, chain, poses_known, stamp_of
-from shared.runtime.service import SECOND
-from shared.scenario import Rope, Scenario, load
-from shared.scenario.cameras import DEFAULT_CAMERA
-from shared.scenario.rod_properties import rod_properties
-from shared.scenario.shipped import find
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.closed_loop import Score, Watch

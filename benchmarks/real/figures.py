@@ -17,9 +17,9 @@ from benchmarks.real.tables import select
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.rod import Rod
-from services.sim.camera.true_camera import true_camera
-from shared.runtime.service import SECOND
-from shared.scenario.rod_properties import rod_properties
+from lariat.scenario.rod_properties import rod_properties
+from lariat.simulation.camera.true_camera import true_camera
+from lariat.trajectory import SECOND
 
 GOAL_COLOR, ROPE_COLOR, PATH_COLOR = "magenta", "tab:blue", "tab:green"
 MODEL_COLOR, OBSTACLE_COLOR = "tab:orange", "0.75"

@@ -30,7 +30,7 @@ from benchmarks.robustness.trial import (
     run_trial,
 )
 from benchmarks.worker_pool import Workers
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 
 
 def run(

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float64
 
-from shared.scenario import SIDES, load
-from shared.scenario.shipped import shipped_names
+from lariat.scenario import SIDES, load
+from lariat.scenario.shipped import shipped_names
 
 PLANTS: tuple[Literal["rod", "mujoco", "links"], ...] = ("rod", "mujoco", "links")
 """Simulators of the true rope."""

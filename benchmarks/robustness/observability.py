@@ -17,8 +17,8 @@ from benchmarks.robustness.combinations import GRIP_OFFSET, GRIP_ROTATION, LENGT
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
-from services.sim.plants.factory import true_properties
-from shared.scenario import SIDES, Scenario
+from lariat.scenario import SIDES, Scenario
+from lariat.simulation.plants.factory import true_properties
 from stack.simulation.rest_shape import goal_grips
 
 SIGHT_SIGMA = 0.0005

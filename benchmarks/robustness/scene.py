@@ -16,17 +16,17 @@ import numpy as np
 from jaxtyping import Float64
 
 from benchmarks.robustness.combinations import Combination
+from lariat.configuration import ConfigurationError
 from lariat.geometry import poses
 from lariat.geometry.grippers import axis_clearance, gripper_points
 from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
+from lariat.planning.arms.arm_check import goal_fault
 from lariat.rod import Rod
-from services.planner.arms.arm_check import goal_fault
+from lariat.scenario import SIDES, Scenario, load
+from lariat.scenario.rod_properties import rod_properties
+from lariat.simulation.plants.factory import build_plant
 from services.planner.service import PlannerService
-from services.sim.plants.factory import build_plant
-from shared.configuration import ConfigurationError
-from shared.scenario import SIDES, Scenario, load
-from shared.scenario.rod_properties import rod_properties
 from stack.scenario_overrides import load_with, to_toml
 from stack.simulation.rest_shape import goal_grips, rest_shape, write_nodes
 

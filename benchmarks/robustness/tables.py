@@ -7,7 +7,7 @@ from pathlib import Path
 
 from benchmarks.robustness.combinations import Combination
 from benchmarks.robustness.trial import Trial
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 
 COLUMNS = (
     "no.",

@@ -13,13 +13,13 @@ from benchmarks.horizon.errors import MAX_NOISE_RATIO
 from benchmarks.robustness.combinations import Combination
 from benchmarks.robustness.observability import bounds
 from benchmarks.robustness.scene import build_scene
+from lariat.configuration import ConfigurationError
 from lariat.geometry.obstacles import chain_clearance
-from services.sim.plants.factory import true_properties
+from lariat.scenario import Scenario
+from lariat.simulation.plants.factory import true_properties
+from lariat.version import commit
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import FAILED
-from shared.scenario import Scenario
-from shared.version import commit
 from stack.simulation import closed_loop
 
 TIME_AFTER_GOAL = 3.0

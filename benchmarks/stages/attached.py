@@ -10,8 +10,8 @@ from typing import Any
 
 from benchmarks.stages.sampling import sample_processes
 from benchmarks.stages.stages import times
+from lariat.configuration import ConfigurationError
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import Health
 from stack.client import Cell, connect
 

@@ -15,8 +15,8 @@ from benchmarks.conditions import Conditions
 from benchmarks.result_block import find_block, show
 from benchmarks.stages.sampling import sample_command
 from benchmarks.stages.stages import Stage, times, within
-from shared.configuration import ConfigurationError
-from shared.scenario import Scenario
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario
 from stack import services
 from stack.scenario_overrides import load_with
 

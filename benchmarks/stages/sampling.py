@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from benchmarks.stages.stages import Frame, Sample
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 
 SAMPLING_RATE = 200
 """Samples per second [Hz]."""

@@ -50,40 +50,38 @@ OUTSIDE = Stage("runner", REST, "run")
 
 _FUNCTIONS: dict[Stage, tuple[str, ...]] = {
     Stage("sim", "plant", "step"): (
-        "services/sim/plants/mujoco_plant.py:step",
-        "services/sim/plants/rod_plant.py:step",
+        "lariat/simulation/plants/mujoco_plant.py:step",
+        "lariat/simulation/plants/rod_plant.py:step",
     ),
-    Stage("sim", "render", "frame"): ("services/sim/camera/rgbd_camera.py:take",),
+    Stage("sim", "render", "frame"): ("lariat/simulation/camera/rgbd_camera.py:take",),
     Stage("sim", "encode", "frame"): (
-        "services/sim/camera/messages.py:color_message",
-        "services/sim/camera/messages.py:depth_message",
+        "services/sim/camera_messages.py:color_message",
+        "services/sim/camera_messages.py:depth_message",
     ),
-    Stage("perception", "decode", "frame"): ("services/perception/rgbd/camera_view.py:images",),
+    Stage("perception", "decode", "frame"): ("lariat/perception/rgbd/camera_view.py:images",),
     Stage("perception", "segment", "frame"): (
-        "services/perception/centerline/observation.py:observe",
+        "lariat/perception/centerline/observation.py:observe",
     ),
     Stage("perception", "fit", "frame"): (
-        "services/perception/centerline/estimator.py:_best_hypothesis",
+        "lariat/perception/centerline/estimator.py:_best_hypothesis",
     ),
-    Stage("planner", "plan", "run"): ("services/planner/whole_path.py:plan",),
+    Stage("planner", "plan", "run"): ("lariat/planning/whole_path.py:plan",),
     Stage("controller", "model", "step"): (
-        "services/controller/estimation/state_estimator.py:advance",
-        "services/controller/estimation/state_estimator.py:observe",
-        "services/controller/estimation/state_estimator.py:predict",
+        "lariat/control/estimation/state_estimator.py:advance",
+        "lariat/control/estimation/state_estimator.py:observe",
+        "lariat/control/estimation/state_estimator.py:predict",
     ),
-    Stage("controller", "horizon", "step"): ("services/controller/mpc/gauss_newton.py:plan",),
+    Stage("controller", "horizon", "step"): ("lariat/control/mpc/gauss_newton.py:plan",),
     Stage("controller", "setpoints", "step"): (
-        "services/controller/mpc/receding_horizon.py:_setpoints",
-        "services/controller/mpc/setpoint_stream.py:extended",
+        "lariat/control/mpc/receding_horizon.py:_setpoints",
+        "lariat/control/mpc/setpoint_stream.py:extended",
     ),
-    Stage("controller", "guard", "step"): (
-        "services/controller/supervision/clearance_guard.py:check",
-    ),
+    Stage("controller", "guard", "step"): ("lariat/control/supervision/clearance_guard.py:check",),
     Stage("robot_gateway", "check chunks", "step"): (
         "services/robot_gateway/writer_control.py:take_chunks",
         "services/robot_gateway/writer_control.py:advance",
     ),
-    Stage("robot_gateway", "follow", "step"): ("services/robot_gateway/motion/follower.py:step",),
+    Stage("robot_gateway", "follow", "step"): ("lariat/safety/motion/follower.py:step",),
     Stage("robot_gateway", "drive", "step"): ("services/robot_gateway/arms.py:exchange",),
     Stage("runner", "deliver", "run"): (
         "stack/simulation/simulated_time.py:_deliver",

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from lariat.geometry.swept_clearance import swept_clearance
+from lariat.scenario import Scenario
+from lariat.simulation.plants.end_motion import EndMotion
+from lariat.simulation.world import World
 from services.planner.service import PlannerService
-from services.sim.plants.end_motion import EndMotion
-from services.sim.world import World
 from shared.runtime.service import Inbox, Publication
-from shared.scenario import Scenario
 
 MIN_PLAN_TIME = 0.02
 """Processor time of the planner's step above which it counts as a plan [s]."""

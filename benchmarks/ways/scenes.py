@@ -23,14 +23,14 @@ from benchmarks.ways.plant import PlantMotion, drive
 from lariat.geometry import poses
 from lariat.geometry.obstacles import signed_distance
 from lariat.geometry.poses import Pose
+from lariat.planning.time_parameterization import Pace, time_parameterize
+from lariat.planning.tree_search.grip_motion import GripMotion, Grips
+from lariat.planning.tree_search.sag import SagTable
 from lariat.rod import EDGE_AXIS, Rod
-from services.planner.time_parameterization import Pace, time_parameterize
-from services.planner.tree_search.grip_motion import GripMotion, Grips
-from services.planner.tree_search.sag import SagTable
-from services.sim.plants.factory import true_properties
-from shared.scenario import Scenario, Shape, load
-from shared.scenario.sections import End, Ends, Limits, Obstacle
-from shared.scenario.shipped import find
+from lariat.scenario import Scenario, Shape, load
+from lariat.scenario.sections import End, Ends, Limits, Obstacle
+from lariat.scenario.shipped import find
+from lariat.simulation.plants.factory import true_properties
 
 Family = Literal["posts", "beams", "windows", "corridors", "clutter"]
 PlantModel = Literal["rod", "mujoco"]

@@ -13,9 +13,9 @@ from jaxtyping import Float64
 from benchmarks.ways.measured_services import MeasuredWorld, TimedPlanner
 from benchmarks.ways.scenes import Family, PlantModel, sample_scene
 from lariat.geometry import polylines, poses
+from lariat.scenario import Scenario
 from services.sim.service import SimService
 from shared.runtime.service import Service
-from shared.scenario import Scenario
 from stack import services
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import session_id

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import tyro
 
 from cli.export import foxglove_layout, rerun_file, ros2_bag, tables
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 from shared.recording import Recording
 
 Format = Literal["csv", "parquet", "ros2", "rerun", "foxglove-layout", "lerobot", "video", "gif"]

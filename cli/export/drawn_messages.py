@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from lariat.trajectory import SECOND
 from services.recorder.view.cell_view import CellView
 from shared import topics
 from shared.recording import Recording
-from shared.runtime.service import SECOND
 
 DRAWING_PERIOD = SECOND // 30
 """Time between two drawings [ns]."""

@@ -6,7 +6,7 @@ from typing import Any
 
 from rosbags.typesys import Stores, get_typestore
 
-from shared.runtime.service import SECOND
+from lariat.trajectory import SECOND
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 """Definitions of the messages."""

@@ -10,9 +10,9 @@ from typing import Any
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
 
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.recording import Recording
-from shared.runtime.service import SECOND
 
 MAX_VALUES = 2000
 """Most values of a repeated field that become columns; further ones are left out."""

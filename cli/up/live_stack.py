@@ -15,19 +15,15 @@ from pathlib import Path
 
 import cli.__main__ as commands
 from cli.up.options import UpOptions
-from dashboard.door.secret_files import load_token
+from dashboard.web.secret_files import load_token
+from lariat.configuration import ConfigurationError
+from lariat.files.temporary_folder import TemporaryFolder
+from lariat.scenario import Side, find, load
+from lariat.scenario.plausibility import doubts
 from services.recorder.options import RecorderOptions
 from shared import bus as buses
 from shared.bus import BusOptions
-from shared.configuration import ConfigurationError
-from shared.files.temporary_folder import TemporaryFolder
-from shared.scenario import Side, find, load
-from shared.scenario.plausibility import doubts
 from stack import dependencies, services
-from stack.cell_switch.campaign.campaigns import Campaigns
-from stack.cell_switch.campaign.trial_process import TrialOptions
-from stack.cell_switch.cell_switch import CellSwitch
-from stack.cell_switch.library import ScenarioLibrary, write
 from stack.credentials.local_secret import local_secret
 from stack.launcher import module_entry
 from stack.launcher.console import ConsoleHandler, ProcessConsole
@@ -41,6 +37,10 @@ from stack.launcher.programs import (
     emulator_program,
     service_program,
 )
+from stack.scenario_manager.campaign.campaigns import Campaigns
+from stack.scenario_manager.campaign.trial_process import TrialOptions
+from stack.scenario_manager.library import ScenarioLibrary, write
+from stack.scenario_manager.scenario_manager import CellSwitch
 
 RECORDINGS = RecorderOptions().folder
 """Folder of the recorder."""

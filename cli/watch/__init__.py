@@ -11,10 +11,10 @@ from pathlib import Path
 
 from cli.task import LOCAL, CellOptions
 from cli.watch.server import LiveServer
-from dashboard.door.secret_files import load_token
+from dashboard.web.secret_files import load_token
+from lariat.configuration import ConfigurationError
 from shared import bus as buses
 from shared.bus import Bus, BusOptions
-from shared.configuration import ConfigurationError
 from stack.client import JOIN_TIMEOUT
 from stack.credentials.local_secret import find_local_secret
 

@@ -12,9 +12,9 @@ from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
 from dashboard.controls.status_text import StatusLine
 from dashboard.outbox import Notification, Outbox
+from lariat.scenario import SIDES, Side
+from lariat.trajectory import SECOND
 from shared.messages import ArmCommand, ArmStates
-from shared.runtime.service import SECOND
-from shared.scenario import SIDES, Side
 
 OPEN_LABEL, CLOSE_LABEL = "Open", "Close"
 """Labels of a gripper's buttons."""

@@ -9,8 +9,8 @@ from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
 from dashboard.controls.status_text import StatusLine
 from dashboard.outbox import Outbox
+from lariat.trajectory import SECOND
 from shared.messages import PAUSED, RUNNING, TaskRequest, TaskState
-from shared.runtime.service import SECOND
 
 RUN_REQUESTS = {"Pause": TaskRequest.PAUSE, "Stop": TaskRequest.STOP}
 """Requests of the buttons below Start, by label."""

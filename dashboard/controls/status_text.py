@@ -11,7 +11,7 @@ from dashboard import palette
 from dashboard.palette import Color
 from dashboard.subscriptions import STALE_AGE
 from shared import messages
-from shared.arms.rest import stands
+from shared.arm_rest import stands
 from shared.messages import ArmState, ArmStates, NodeChain, TaskState
 
 MIN_SHOWN_FORCE = 1.0

@@ -14,11 +14,11 @@ from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
 from dashboard.controls.first_steps import FirstStep
-from dashboard.door.cell_socket import HOLD_TIMEOUT, Approach, HoldAnswer
 from dashboard.outbox import Outbox
 from dashboard.subscriptions import STALE_AGE
+from dashboard.web.cell_socket import HOLD_TIMEOUT, Approach, HoldAnswer
+from lariat.trajectory import SECOND
 from shared.messages import ArmCommand, ArmStates
-from shared.runtime.service import SECOND
 
 STATUS_PERIOD = SECOND // 5
 """Time between two statuses [ns]."""

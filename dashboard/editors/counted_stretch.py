@@ -10,10 +10,10 @@ from jaxtyping import Bool, Float64
 
 from dashboard.action_queue import ActionQueue
 from lariat.geometry import polylines
+from lariat.scenario.checks import MAX_PART
+from lariat.scenario.sections import Rope
 from shared.messages import Goal
 from shared.messages.checks.task import MIN_PART_NODES
-from shared.scenario.checks import MAX_PART
-from shared.scenario.sections import Rope
 
 FIELD_STEP = 0.5
 """Step of the fields [mm]; it also decides how many decimals they show."""

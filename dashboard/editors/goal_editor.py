@@ -19,6 +19,8 @@ from dashboard.editors.pull_handle import ARRIVED, PullHandle
 from dashboard.outbox import Notification, Outbox
 from dashboard.scene.scene_view import SceneView
 from lariat.geometry.poses import Pose
+from lariat.scenario import SIDES, Scenario, Side
+from lariat.trajectory import SECOND
 from shared.messages import (
     Goal,
     GoalPreview,
@@ -29,8 +31,6 @@ from shared.messages import (
     goal_curve,
     grip_pose,
 )
-from shared.runtime.service import SECOND
-from shared.scenario import SIDES, Scenario, Side
 
 DRAFT_PERIOD = SECOND // 20
 """Least time between two drafts of a goal that is being dragged [ns]."""

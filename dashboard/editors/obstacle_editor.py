@@ -13,8 +13,8 @@ from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.outbox import Notification, Outbox
 from lariat.geometry.obstacles import Obstacle
+from lariat.scenario import Scenario
 from shared.messages import SceneRequest, obstacle_message
-from shared.scenario import Scenario
 
 NO_SELECTION = "–"
 """Entry of the drop-down list while no obstacle is selected."""

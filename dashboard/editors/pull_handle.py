@@ -9,7 +9,7 @@ import viser
 from jaxtyping import Float64
 
 from dashboard.action_queue import ActionQueue
-from shared.scenario import Scenario
+from lariat.scenario import Scenario
 
 SCALE = 0.16
 """Size of the gizmo, relative to the rope's length [-]."""

@@ -11,6 +11,8 @@ from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.editors.goal_file import fitting_nodes
 from dashboard.outbox import Notification, Outbox
+from lariat.scenario import Scenario
+from lariat.scenario.goal_table import goal_table
 from shared.messages import (
     Goal,
     GoalList,
@@ -20,8 +22,6 @@ from shared.messages import (
     TaskState,
     chain,
 )
-from shared.scenario import Scenario
-from shared.scenario.goal_table import goal_table
 
 NO_GOAL = "(none)"
 """Option of the list that stands for no goal."""

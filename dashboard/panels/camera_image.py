@@ -13,9 +13,9 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from jaxtyping import Float64, UInt8
 
 from dashboard.scene.certainty import certainty_colors
+from lariat.files.image_header import check_image
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.poses import Pose
-from shared.files.image_header import check_image
 from shared.messages import NodeChain, chain
 
 UPDATE_PERIOD = 0.125

@@ -6,8 +6,9 @@ import viser
 
 from dashboard.panels import health_table, topic_ages
 from dashboard.subscriptions import HEALTHS, SERVICES, latest_with_age
+from lariat.trajectory import SECOND
 from shared import topics
-from shared.runtime.service import SECOND, Inbox
+from shared.runtime.service import Inbox
 
 UPDATE_PERIOD = SECOND // 2
 """Time between two updates of the panel [ns]."""

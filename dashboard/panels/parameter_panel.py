@@ -19,12 +19,12 @@ from dashboard.panels.chart import (
     with_marks,
 )
 from dashboard.panels.note import note_html
+from lariat.scenario import SIDES, Scenario
+from lariat.scenario.rod_properties import rod_properties
+from lariat.trajectory import SECOND
 from shared.history import History
 from shared.messages import Parameters, TaskRequest, TaskState
 from shared.messages.parameters import NamedParameter, named_parameters
-from shared.runtime.service import SECOND
-from shared.scenario import SIDES, Scenario
-from shared.scenario.rod_properties import rod_properties
 
 ADAPT = "adapt"
 """Setting of the controller that switches the adaptation."""

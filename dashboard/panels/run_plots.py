@@ -13,10 +13,10 @@ from dashboard import palette
 from dashboard.panels.chart import EARLIER_RUNS, REFRESH_PERIOD, Curve, add_chart, overlay
 from dashboard.panels.cost_table import cost_html
 from dashboard.panels.note import note_html
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
 from shared.history import History
 from shared.messages import FAILED, PAUSED, REACHED, RUNNING, Plan, RunResult, TaskState
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario
 
 COST_PERIOD = 0.5
 """Time between two updates of the cost by term [s]."""

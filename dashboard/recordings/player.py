@@ -11,7 +11,7 @@ from dashboard.action_queue import ActionQueue
 from dashboard.page import Page
 from dashboard.recordings.timeline import Timeline
 from shared import topics
-from shared.runtime.service import SECOND
+from lariat.trajectory import SECOND
 
 PLAYBACK_SPEEDS = {"¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "5 ×": 5.0}
 """Seconds of the recording per second of the viewer, by label [-]."""

@@ -14,11 +14,11 @@ import viser
 from dashboard import palette
 from dashboard.scene import meshes
 from dashboard.scene.meshes import Mesh
+from lariat.arms.description import ArmDescription, arm_description
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from shared.arms.description import ArmDescription, arm_description
-from shared.scenario import Scenario, Side
-from shared.scenario.placement import base_of
+from lariat.scenario import Scenario, Side
+from lariat.scenario.placement import base_of
 
 log = logging.getLogger(__name__)
 
@@ -44,7 +44,7 @@ class ArmView:
             ValueError: The URDF cannot be read.
         """
         # Imported late: the dashboard runs without Pinocchio.
-        from shared.arms.kinematics import load_arm
+        from lariat.arms.kinematics import load_arm
 
         self._model, self._geometry = load_arm(description.urdf, description.flange)
         self._state, self._placements = self._model.createData(), self._geometry.createData()

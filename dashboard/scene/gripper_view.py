@@ -7,7 +7,7 @@ import viser
 
 from dashboard import palette
 from dashboard.scene import meshes
-from shared.scenario import SIDES, Scenario, Side
+from lariat.scenario import SIDES, Scenario, Side
 
 JAW_GAP = 0.0025
 """Distance of the closed jaws' centres from the rope's surface [m]."""

@@ -9,10 +9,10 @@ import viser
 from jaxtyping import Float64
 
 from dashboard import palette
-from shared.arms.description import arm_description
-from shared.scenario import SIDES, Scenario
-from shared.scenario.cameras import CameraSetup
-from shared.scenario.placement import base_of
+from lariat.arms.description import arm_description
+from lariat.scenario import SIDES, Scenario
+from lariat.scenario.cameras import CameraSetup
+from lariat.scenario.placement import base_of
 
 VERTICAL_FIELD_OF_VIEW = float(np.deg2rad(42.0))
 """Field of view of the browser's camera [rad]."""

@@ -21,9 +21,9 @@ from dashboard.scene.obstacle_view import ObstacleView
 from dashboard.scene.other_ropes_view import OtherRopesView
 from dashboard.scene.tube_view import TubeView
 from lariat.geometry.obstacles import Obstacle
+from lariat.scenario import SIDES, Scenario
 from shared import topics
 from shared.messages import ArmStates, GoalPreview, NodeChain, OtherRopes, Path, Plan, chain
-from shared.scenario import SIDES, Scenario
 from shared.topics import Topic
 
 PATH_ROPE_COUNT = 5

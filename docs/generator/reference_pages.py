@@ -23,8 +23,8 @@ HELP_COLUMNS = "96"
 """Width of the commands' help [characters]."""
 LIBRARY = {
     "rod": ("lariat.rod", "lariat.rod.torch"),
-    "identification": ("lariat.rod.identification",),
-    "xpbd": ("lariat.rod.xpbd",),
+    "identification": ("lariat.identification",),
+    "xpbd": ("lariat.paper.xpbd",),
     "geometry": ("lariat.geometry", "lariat.geometry.poses", "lariat.geometry.polylines"),
     "trajectory": ("lariat.trajectory",),
     "protocols": ("lariat.protocols",),

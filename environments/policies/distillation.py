@@ -20,11 +20,11 @@ from jaxtyping import Float, Float64
 from environments.policies.grip_policy import GripPolicy
 from environments.scenes import Kind, sample_scene
 from lariat.geometry import Pose
+from lariat.planning.problem import Problem
+from lariat.planning.whole_path import plan
 from lariat.rod import Rod
-from services.planner.problem import Problem
-from services.planner.whole_path import plan
-from shared.scenario import Scenario, load
-from shared.scenario.rod_properties import rod_properties
+from lariat.scenario import Scenario, load
+from lariat.scenario.rod_properties import rod_properties
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from environments.scenes import Kind, sample_scene
 from lariat.geometry.obstacles import Obstacle
 from lariat.rod import Rod, RolloutSpec
 from lariat.rod.torch import rollout
-from shared.scenario import Scenario, load
-from shared.scenario.rod_properties import rod_properties
+from lariat.scenario import Scenario, load
+from lariat.scenario.rod_properties import rod_properties
 
 
 @dataclass(frozen=True)

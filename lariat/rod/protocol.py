@@ -18,7 +18,7 @@ from lariat.rod.state import RodState
 class DifferentiableRod(Protocol):
     """Rod that rolls out, differentiates a cost of a roll-out, and finds equilibria.
 
-    Satisfied by `lariat.rod.Rod` and `lariat.rod.xpbd.XpbdRod`.
+    Satisfied by `lariat.rod.Rod` and `lariat.paper.xpbd.XpbdRod`.
     """
 
     @property

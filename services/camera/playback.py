@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from lariat.configuration import ConfigurationError
 from services.camera.source import Exposure
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import stamp_of
 from shared.recording import Recording
 

@@ -14,8 +14,8 @@ from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
+from lariat.configuration import ConfigurationError
 from services.camera.source import Exposure
-from shared.configuration import ConfigurationError
 
 JPEG_QUALITY = 95
 """Quality of the colour images [%]."""

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario
+from lariat.scenario.cameras import CameraSetup
 from services.camera.options import CameraOptions
 from services.camera.playback import Playback
 from services.camera.source import CameraSource
 from services.camera.stream import CameraStream
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.runtime.service import Inbox, Publication
-from shared.scenario import Scenario
-from shared.scenario.cameras import CameraSetup
 from shared.topics import Topic
 
 REALSENSE_SUFFIXES = (".bag", ".db3")

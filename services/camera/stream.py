@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lariat.trajectory import SECOND
 from services.camera.clock_offset import ClockOffset
 from services.camera.source import CameraSource
 from shared import topics
 from shared.messages import timestamp
-from shared.runtime.service import SECOND, Publication
+from shared.runtime.service import Publication
 
 CALIBRATION_PERIOD = SECOND
 """Time between two calibration messages [ns]."""

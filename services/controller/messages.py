@@ -6,17 +6,19 @@ from functools import partial
 
 import numpy as np
 
+from lariat.control.estimation.adaptation import Adaptation, ParameterEstimate
+from lariat.control.estimation.rope_observation import RopeObservation
+from lariat.control.mpc.receding_horizon import Command
+from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
+from lariat.control.run.arm_condition import ArmCondition
+from lariat.control.run.goals import GoalRequest
+from lariat.control.run.reasons import Reason
+from lariat.control.run.requests import Preview, Request, RequestAction
+from lariat.control.run.task import Goal
+from lariat.control.supervision.path_choice import PathOffer
+from lariat.safety.motion_contract import SETPOINT_PERIOD
+from lariat.scenario import SIDES
 from lariat.trajectory import MotionState, SetpointChunk
-from services.controller.estimation.adaptation import Adaptation, ParameterEstimate
-from services.controller.estimation.rope_observation import RopeObservation
-from services.controller.mpc.receding_horizon import Command
-from services.controller.mpc.reference_trajectory import ReferenceTrajectory
-from services.controller.run.arm_condition import ArmCondition
-from services.controller.run.goals import GoalRequest
-from services.controller.run.reasons import Reason
-from services.controller.run.requests import Preview, Request, RequestAction
-from services.controller.run.task import Goal
-from services.controller.supervision.path_choice import PathOffer
 from shared import messages
 from shared.messages import (
     ArmSetpoints,
@@ -35,8 +37,6 @@ from shared.messages import (
     arm_state,
     chain,
 )
-from shared.motion_contract import SETPOINT_PERIOD
-from shared.scenario import SIDES
 
 STILL = (0.0, 0.0, 0.0)
 """Velocity of an arm that reports none."""

@@ -9,11 +9,36 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lariat.configuration import ConfigurationError
+from lariat.control.control_loop import ControlLoop
+from lariat.control.estimation.rope_tracker import RopeTracker
+from lariat.control.extensions.method_faults import MethodFaults
+from lariat.control.model_factory import (
+    adaptation,
+    check,
+    prediction_rod,
+    receding_horizon_controller,
+    state_estimator,
+)
+from lariat.control.mpc.collision_scene import CollisionScene
+from lariat.control.mpc.receding_horizon import Command
+from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
+from lariat.control.run.goal_events import GoalEvents
+from lariat.control.run.goals import GoalFactory
+from lariat.control.run.reasons import Reason, ReasonCode
+from lariat.control.run.requests import carry_out, preview
+from lariat.control.run.state_machine import RunState
+from lariat.control.run.task import RequestRefused, Task
+from lariat.control.supervision.path_choice import PathOffer
+from lariat.control.supervision.progress import ProgressMonitor
+from lariat.control.supervision.replanning import Replanning
+from lariat.control.supervision.rope_watch import RopeWatch
 from lariat.rod import Rod
+from lariat.safety.motion_contract import SETPOINT_PERIOD
+from lariat.scenario import SIDES, Scenario
+from lariat.scenario.extensions import ExtensionFault
+from lariat.scenario.rod_properties import rod_properties
 from lariat.trajectory import MotionState, SetpointChunk
-from services.controller.control_loop import ControlLoop
-from services.controller.estimation.rope_tracker import RopeTracker
-from services.controller.extensions.method_faults import MethodFaults
 from services.controller.messages import (
     arm_condition,
     chunk_message,
@@ -26,30 +51,8 @@ from services.controller.messages import (
     rope_observation,
     task_request,
 )
-from services.controller.model_factory import (
-    adaptation,
-    check,
-    prediction_rod,
-    receding_horizon_controller,
-    state_estimator,
-)
-from services.controller.mpc.collision_scene import CollisionScene
-from services.controller.mpc.receding_horizon import Command
-from services.controller.mpc.reference_trajectory import ReferenceTrajectory
-from services.controller.run.goal_events import GoalEvents
-from services.controller.run.goals import GoalFactory
-from services.controller.run.reasons import Reason, ReasonCode
-from services.controller.run.requests import carry_out, preview
-from services.controller.run.state_machine import RunState
-from services.controller.run.task import RequestRefused, Task
 from services.controller.status import StatusPublisher
-from services.controller.supervision.path_choice import PathOffer
-from services.controller.supervision.progress import ProgressMonitor
-from services.controller.supervision.replanning import Replanning
-from services.controller.supervision.rope_watch import RopeWatch
 from shared import topics
-from shared.configuration import ConfigurationError
-from shared.extensions import ExtensionFault
 from shared.messages import (
     ArmStates,
     GoalDraft,
@@ -58,11 +61,8 @@ from shared.messages import (
     poses_known,
     scene_obstacles,
 )
-from shared.motion_contract import SETPOINT_PERIOD
 from shared.other_ropes import other_rope_obstacles
 from shared.runtime.service import Inbox, Publication, Received
-from shared.scenario import SIDES, Scenario
-from shared.scenario.rod_properties import rod_properties
 
 
 class ControllerService:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from services.controller.estimation.adaptation import Adaptation
-from services.controller.estimation.state_estimator import StateEstimator
+from lariat.control.estimation.adaptation import Adaptation
+from lariat.control.estimation.state_estimator import StateEstimator
+from lariat.control.run.state_machine import RunState
+from lariat.control.run.task import Task
+from lariat.control.supervision.progress import ProgressMonitor
+from lariat.trajectory import SECOND
 from services.controller.messages import goal_message, parameters_message
-from services.controller.run.state_machine import RunState
-from services.controller.run.task import Task
-from services.controller.supervision.progress import ProgressMonitor
 from shared import topics
 from shared.messages import RunResult, TaskState
-from shared.runtime.service import SECOND, Publication
+from shared.runtime.service import Publication
 
 ACTIVE_TASK_PERIOD = SECOND // 5
 """Time between publications of the task while the arms are controlled [ns]."""

@@ -13,6 +13,7 @@ from typing import Any
 
 import tyro
 
+from lariat.scenario import Scenario, Side, load
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.motion_log import MotionLog
 from services.cr5_emulator.options import FAULTS, EmulatorOptions
@@ -20,7 +21,6 @@ from services.cr5_emulator.priority import raised_priority
 from services.cr5_emulator.tcp_server import TcpServer, beat
 from shared.runtime.clock import SystemClock
 from shared.runtime.closed_pipe import ending_with_the_reader
-from shared.scenario import Scenario, Side, load
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def _option_values(arguments: Arguments, scenario: Scenario | None) -> dict[str,
     }
     if scenario is not None:
         # Imports Pinocchio, which an arm without a scenario does not need.
-        from shared.cr5.installation import scenario_joints, tether_of
+        from lariat.arms.cr5_installation import scenario_joints, tether_of
 
         end = scenario.end(arguments.side)
         values |= {

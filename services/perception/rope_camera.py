@@ -12,13 +12,13 @@ from jaxtyping import Float64
 from lariat.geometry.cameras import Intrinsics
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from services.perception.beside.thin_things import RgbdView
-from services.perception.centerline.estimate import CenterlineEstimate
-from services.perception.markers.marker_obstacles import MarkerObstacles, ObstacleMove
-from services.perception.rgbd.camera_monitor import CameraMonitor
-from services.perception.rgbd.camera_view import CameraView, Images
-from services.perception.rgbd.line_of_sight import Sight, line_of_sight
-from services.perception.tracking.rope_tracker import RopeTracker
+from lariat.perception.centerline.estimate import CenterlineEstimate
+from lariat.perception.markers.marker_obstacles import MarkerObstacles, ObstacleMove
+from lariat.perception.other_ropes.thin_structures import RgbdView
+from lariat.perception.rgbd.camera_monitor import CameraMonitor
+from lariat.perception.rgbd.camera_view import CameraView, Images
+from lariat.perception.rgbd.line_of_sight import Sight, line_of_sight
+from lariat.perception.tracking.rope_tracker import RopeTracker
 from shared import topics
 from shared.messages import stamp_of
 from shared.runtime.service import Inbox

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 
 from lariat.geometry.obstacle_motion import obstacles_at
 from lariat.geometry.obstacles import Obstacle
-from lariat.trajectory import NANOSECONDS
+from lariat.scenario import Scenario
+from lariat.trajectory import NANOSECONDS, SECOND
 from shared import topics
 from shared.messages import SceneMotion, TaskState, motion_message
-from shared.runtime.service import SECOND, Publication
-from shared.scenario import Scenario
+from shared.runtime.service import Publication
 
 MOVING_PERIOD = SECOND // 20
 """Time between two messages while an obstacle moves [ns]."""

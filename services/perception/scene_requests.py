@@ -7,7 +7,7 @@ import logging
 import numpy as np
 from jaxtyping import Float64
 
-from services.perception.scene import ObstacleScene, SceneChangeRefused
+from lariat.perception.scene import ObstacleScene, SceneChangeRefused
 from shared.messages import Scene, SceneRequest, obstacle_message, scene_obstacles
 
 log = logging.getLogger(__name__)

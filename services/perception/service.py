@@ -12,36 +12,37 @@ from jaxtyping import Float64
 
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.poses import Pose
-from services.perception.beside.other_ropes import SeenLine
-from services.perception.beside.publisher import OthersPublisher
-from services.perception.beside.search import SearchBeside
-from services.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, RopeModel
-from services.perception.centerline.estimator import CenterlineEstimator
-from services.perception.centerline.settings import CenterlineSettings
-from services.perception.clock_check import ClockCheck
-from services.perception.fusion import fuse
-from services.perception.markers.marker_obstacles import MarkerObstacles
-from services.perception.rgbd.line_of_sight import Sight
+from lariat.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, RopeModel
+from lariat.perception.centerline.estimator import CenterlineEstimator
+from lariat.perception.centerline.settings import CenterlineSettings
+from lariat.perception.clock_check import ClockCheck
+from lariat.perception.fusion import fuse
+from lariat.perception.markers.marker_obstacles import MarkerObstacles
+from lariat.perception.other_ropes.other_ropes import SeenLine
+from lariat.perception.other_ropes.search import SearchBeside
+from lariat.perception.rgbd.line_of_sight import Sight
+from lariat.perception.scene import ObstacleScene, SceneChangeRefused
+from lariat.perception.tracking.centerline_tracker import CenterlineTracker
+from lariat.perception.tracking.extension_tracker import ExtensionTracker
+from lariat.perception.tracking.grip_history import GripHistory
+from lariat.perception.tracking.paper_baseline import PaperTracker, PaperTrackerSettings
+from lariat.perception.tracking.rope_tracker import RopeTracker
+from lariat.reset_counter import ResetCounter
+from lariat.scenario import Scenario
+from lariat.scenario.cameras import CameraSetup
+from lariat.scenario.extensions import extension
+from lariat.scenario.rod_properties import rod_properties
+from lariat.scenario.sections import PERCEPTION_METHODS
+from lariat.trajectory import SECOND
+from services.perception.other_ropes_publisher import OthersPublisher
 from services.perception.rope_camera import RopeCamera
-from services.perception.scene import ObstacleScene, SceneChangeRefused
 from services.perception.scene_motion import SceneMotionPublisher
 from services.perception.scene_requests import SceneRequests
 from services.perception.simulated_truth import SimulatedTruth
 from services.perception.simultaneous_frames import SimultaneousFrames
-from services.perception.tracking.centerline_tracker import CenterlineTracker
-from services.perception.tracking.extension_tracker import ExtensionTracker
-from services.perception.tracking.grip_history import GripHistory
-from services.perception.tracking.paper_baseline import PaperTracker, PaperTrackerSettings
-from services.perception.tracking.rope_tracker import RopeTracker
 from shared import topics
-from shared.extensions import extension
 from shared.messages import NodeChain, TaskState, arm_pose, chain, poses_known
-from shared.reset_counter import ResetCounter
-from shared.runtime.service import SECOND, Inbox, Publication
-from shared.scenario import Scenario
-from shared.scenario.cameras import CameraSetup
-from shared.scenario.rod_properties import rod_properties
-from shared.scenario.sections import PERCEPTION_METHODS
+from shared.runtime.service import Inbox, Publication
 from shared.topics import Topic
 
 log = logging.getLogger(__name__)

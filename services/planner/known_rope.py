@@ -14,11 +14,11 @@ from lariat.geometry.obstacles import Obstacle, pack_supports
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState, add_turns, count_turns_along, state_along
 from lariat.rod.part_fit import fit_part
+from lariat.scenario.rod_properties import rod_properties
+from lariat.scenario.sections import Rope
 from services.planner.parameter_update import is_learnt, unsure_properties, updated_properties
 from shared.messages import Goal, NodeChain, RodParameters, chain, grip_pose
 from shared.messages.parameters import held_ends
-from shared.scenario.rod_properties import rod_properties
-from shared.scenario.sections import Rope
 
 log = logging.getLogger(__name__)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from lariat.scenario import SIDES
 from shared.messages import ArmStates, NodeChain, Setpoints, arm_pose, chain
-from shared.scenario import SIDES
 
 MAX_START_SPEED = 2e-3
 """Speed of a grip below which it is at rest [m/s]."""

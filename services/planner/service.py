@@ -10,16 +10,18 @@ import numpy as np
 
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
+from lariat.planning import whole_path
+from lariat.planning.extension import ExtensionPlanner
+from lariat.planning.moving_obstacles import divided, plan_departure
+from lariat.planning.problem import Problem, WholePath
 from lariat.rod import RodState
-from lariat.trajectory import NANOSECONDS
-from services.planner import whole_path
-from services.planner.extension import ExtensionPlanner
+from lariat.scenario import SIDES, Scenario
+from lariat.scenario.extensions import extension
+from lariat.scenario.sections import PATH_PLANNERS
+from lariat.trajectory import NANOSECONDS, SECOND
 from services.planner.known_rope import KnownRope
-from services.planner.moving_obstacles import divided, plan_departure
 from services.planner.path_start import at_rest, moved, stopped
-from services.planner.problem import Problem, WholePath
 from shared import topics
-from shared.extensions import extension
 from shared.messages import (
     RUNNING,
     ArmStates,
@@ -34,12 +36,10 @@ from shared.messages import (
     scene_obstacles,
 )
 from shared.other_ropes import other_rope_obstacles
-from shared.runtime.service import SECOND, Inbox, Publication
-from shared.scenario import SIDES, Scenario
-from shared.scenario.sections import PATH_PLANNERS
+from shared.runtime.service import Inbox, Publication
 
 if TYPE_CHECKING:
-    from services.planner.arms.cell_arms import CellArms
+    from lariat.planning.arms.cell_arms import CellArms
 
 FIRST_PLANNING_TIME = SECOND // 2
 """Time that the first plan is expected to take [ns], after which a path among moving obstacles may
@@ -291,7 +291,7 @@ def _arms_of(scenario: Scenario) -> CellArms | None:
     if all(scenario.end(side).driver in ("fixed", "ideal") for side in SIDES):
         return None
     # Only a cell with arms needs Pinocchio.
-    from services.planner.arms.cell_arms import CellArms
+    from lariat.planning.arms.cell_arms import CellArms
 
     return CellArms.of(scenario)
 

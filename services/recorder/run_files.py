@@ -19,6 +19,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
 from services.recorder.options import RecorderOptions
 from services.recorder.pre_roll import PreRoll, QueuedMessage
 from services.recorder.private_folder import make_folder
@@ -27,8 +29,6 @@ from services.recorder.thinning import Thinning
 from shared.messages import FAILED, IDLE, REACHED, TaskState
 from shared.recording import Writer
 from shared.recording.writer import FLUSH_PERIOD
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario
 
 AFTER_RUN_TIME = 2 * SECOND
 """Time for which recording goes on after a run or the motion of an arm has ended [ns]."""

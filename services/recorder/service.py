@@ -6,6 +6,9 @@ import logging
 from collections.abc import Iterator, Sequence
 from typing import Protocol
 
+from lariat.arms.description import with_own_urdfs
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
 from services.recorder.goals.goals import Goals
 from services.recorder.options import RecorderOptions
 from services.recorder.pre_roll import QueuedMessage
@@ -13,11 +16,9 @@ from services.recorder.run_files import RunFiles
 from services.recorder.runs.runs import Runs
 from services.recorder.view.cell_view import WRITES, CellView
 from shared import topics
-from shared.arms.description import with_own_urdfs
-from shared.arms.rest import stands
+from shared.arm_rest import stands
 from shared.messages import ArmStates, RecordState, RunResult, TaskState
-from shared.runtime.service import SECOND, Inbox, Publication
-from shared.scenario import Scenario
+from shared.runtime.service import Inbox, Publication
 from shared.topics import Topic
 
 log = logging.getLogger(__name__)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from lariat.trajectory import SECOND
 from services.recorder.pre_roll import QueuedMessage
 from shared import topics
-from shared.runtime.service import SECOND
 
 IDLE_PERIOD = SECOND
 """Time between two recorded messages of a topic and publisher while the cell is idle [ns]."""

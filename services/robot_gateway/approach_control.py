@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from lariat.safety.guard.consent import HoldToRun
+from lariat.safety.guard.operator_commands import CommandRejected, OperatorCommand
+from lariat.safety.motion.approach import SETTINGS, is_as_named, plan_approach
+from lariat.safety.motion.follower import SetpointFollower
+from lariat.scenario import SIDES
 from services.robot_gateway.arms import Arms
-from services.robot_gateway.motion.approach import SETTINGS, is_as_named, plan_approach
-from services.robot_gateway.motion.follower import SetpointFollower
-from services.robot_gateway.safety.consent import HoldToRun
-from services.robot_gateway.safety.operator_commands import CommandRejected, OperatorCommand
-from shared.scenario import SIDES
 
 
 class ApproachControl:

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from lariat.geometry.poses import Pose, pose_difference
+from lariat.safety.guard.operator_commands import CommandRejected, OperatorCommand
+from lariat.safety.motion.approach import is_away
+from lariat.safety.motion.command_history import CommandHistory
+from lariat.safety.motion.follower import SetpointFollower
+from lariat.scenario import SIDES
 from services.robot_gateway.drivers.driver import ArmFeedback, Driver
-from services.robot_gateway.motion.approach import is_away
-from services.robot_gateway.motion.command_history import CommandHistory
-from services.robot_gateway.motion.follower import SetpointFollower
-from services.robot_gateway.safety.operator_commands import CommandRejected, OperatorCommand
-from shared.scenario import SIDES
 
 UNHEARD_AGE = 0.1
 """Age of its feedback above which nothing is known of the power of an arm [s]."""

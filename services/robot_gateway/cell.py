@@ -14,25 +14,25 @@ import numpy as np
 
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
+from lariat.safety.guard.consent import SignOfLife
+from lariat.safety.guard.force_limit import ForceLimit
+from lariat.safety.guard.operator_commands import OperatorCommand
+from lariat.safety.guard.other_gateways import OtherGateways
+from lariat.safety.guard.state_machine import DEVICE_CAUSES, SafetyState
+from lariat.safety.guard.watchdog import Watchdog
+from lariat.safety.motion.follower import SetpointFollower
+from lariat.safety.motion.validation import ChunkRefused
+from lariat.scenario import SIDES
 from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.approach_control import ApproachControl
 from services.robot_gateway.arms import Arms
 from services.robot_gateway.drivers.driver import Driver
-from services.robot_gateway.motion.follower import SetpointFollower
-from services.robot_gateway.motion.validation import ChunkRefused
+from services.robot_gateway.feedback_checks import FeedbackChecks
 from services.robot_gateway.operator_control import OperatorControl
 from services.robot_gateway.reset_control import ResetControl
-from services.robot_gateway.safety.consent import SignOfLife
-from services.robot_gateway.safety.feedback_checks import FeedbackChecks
-from services.robot_gateway.safety.force_limit import ForceLimit
-from services.robot_gateway.safety.operator_commands import OperatorCommand
-from services.robot_gateway.safety.other_gateways import OtherGateways
-from services.robot_gateway.safety.state_machine import DEVICE_CAUSES, SafetyState
-from services.robot_gateway.safety.watchdog import Watchdog
 from services.robot_gateway.status import CellStatus
 from services.robot_gateway.stop_control import StopControl
 from services.robot_gateway.writer_control import WriterChunk, WriterControl
-from shared.scenario import SIDES
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from lariat.safety.guard.consent import SignOfLife
+from lariat.safety.guard.operator_commands import Action, OperatorCommand
+from lariat.scenario import SIDES, Side
 from lariat.trajectory import NANOSECONDS, SetpointChunk
 from services.robot_gateway.drivers.driver import ArmFeedback, Driver
-from services.robot_gateway.safety.consent import SignOfLife
-from services.robot_gateway.safety.operator_commands import Action, OperatorCommand
 from services.robot_gateway.status import CellStatus
 from shared.messages import ArmCommand, ArmState, ArmStates, Consent, Setpoints
-from shared.scenario import SIDES, Side
 
 ACTION_NAMES: dict[int, Action] = {
     ArmCommand.ARM: "arm",

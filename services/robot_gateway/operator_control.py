@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from services.robot_gateway.approach_control import ApproachControl
-from services.robot_gateway.arms import Arms
-from services.robot_gateway.motion.follower import SetpointFollower
-from services.robot_gateway.safety.feedback_checks import FeedbackChecks
-from services.robot_gateway.safety.operator_commands import (
+from lariat.safety.guard.operator_commands import (
     STOP_ACTIONS,
     CommandRejected,
     OperatorCommand,
     check_command,
 )
-from services.robot_gateway.safety.other_gateways import OtherGateways
+from lariat.safety.guard.other_gateways import OtherGateways
+from lariat.safety.motion.follower import SetpointFollower
+from services.robot_gateway.approach_control import ApproachControl
+from services.robot_gateway.arms import Arms
+from services.robot_gateway.feedback_checks import FeedbackChecks
 from services.robot_gateway.stop_control import StopControl
 from services.robot_gateway.writer_control import WriterControl
 

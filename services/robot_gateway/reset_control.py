@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from lariat.reset_counter import ResetCounter
+from lariat.safety.motion.follower import SetpointFollower
 from services.robot_gateway.arms import Arms
-from services.robot_gateway.motion.follower import SetpointFollower
-from shared.reset_counter import ResetCounter
 
 
 class ResetControl:

@@ -9,23 +9,23 @@ from dataclasses import dataclass
 from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.obstacles import Obstacle
-from lariat.trajectory import NANOSECONDS
+from lariat.safety.constraints.motion_constraints import CellBoundaries
+from lariat.safety.guard.force_limit import ForceLimit
+from lariat.safety.guard.scene_guard import SceneGuard
+from lariat.safety.motion.follower import SetpointFollower
+from lariat.scenario import SIDES, Scenario, Side
+from lariat.trajectory import NANOSECONDS, SECOND
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.factory import drivers_of
 from services.robot_gateway.messages import arm_states, chunk_of, command_of, sign_of_life_of
-from services.robot_gateway.motion.follower import SetpointFollower
-from services.robot_gateway.safety.force_limit import ForceLimit
-from services.robot_gateway.safety.scene_guard import SceneGuard
-from services.robot_gateway.safety.shutdown import bring_to_rest
-from services.robot_gateway.safety.state_logger import StateLogger
+from services.robot_gateway.shutdown import bring_to_rest
+from services.robot_gateway.state_logger import StateLogger
 from services.robot_gateway.writer_control import WriterChunk
 from shared import topics
-from shared.constraints.motion_constraints import CellBoundaries
 from shared.messages import Scene, SceneMotion, Setpoints, obstacle_motions, scene_obstacles
 from shared.runtime.clock import SystemClock
-from shared.runtime.service import SECOND, Inbox, Publication, Received
-from shared.scenario import SIDES, Scenario, Side
+from shared.runtime.service import Inbox, Publication, Received
 
 log = logging.getLogger(__name__)
 

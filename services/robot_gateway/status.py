@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from lariat.safety.constraints.rule import Rule
+from lariat.safety.guard.state_machine import SafetyState
 from services.robot_gateway.drivers.driver import ArmFeedback
-from services.robot_gateway.safety.state_machine import SafetyState
-from shared.constraints.rule import Rule
 
 
 @dataclass(frozen=True)

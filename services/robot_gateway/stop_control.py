@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from services.robot_gateway.motion.follower import SetpointFollower
-from services.robot_gateway.safety.state_machine import SafetyState
-from services.robot_gateway.safety.stop_causes import STOP_CAUSES
-from shared.constraints.rule import Rule
+from lariat.safety.constraints.rule import Rule
+from lariat.safety.guard.state_machine import SafetyState
+from lariat.safety.guard.stop_causes import STOP_CAUSES
+from lariat.safety.motion.follower import SetpointFollower
 
 
 class StopControl:

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from lariat.safety.guard.watchdog import Watchdog
+from lariat.safety.motion.follower import SetpointFollower
+from lariat.safety.motion.setpoint_sources import SetpointSources
+from lariat.safety.motion.validation import ChunkRefused, check_length
 from lariat.trajectory import SetpointChunk
-from services.robot_gateway.motion.follower import SetpointFollower
-from services.robot_gateway.motion.setpoint_sources import SetpointSources
-from services.robot_gateway.motion.validation import ChunkRefused, check_length
-from services.robot_gateway.safety.watchdog import Watchdog
 from services.robot_gateway.stop_control import StopControl
 
 MAX_WAITING_CHUNKS = 2

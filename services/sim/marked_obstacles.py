@@ -14,10 +14,10 @@ import numpy as np
 from lariat.geometry import poses
 from lariat.geometry.markers import marker_pose
 from lariat.geometry.obstacles import Obstacle
-from services.sim.camera.marker_plates import MarkerPlate
+from lariat.reset_counter import ResetCounter
+from lariat.scenario import Scenario
+from lariat.simulation.camera.marker_plates import MarkerPlate
 from shared.messages import Scene, SceneRequest, TaskState
-from shared.reset_counter import ResetCounter
-from shared.scenario import Scenario
 
 
 class MarkedObstacles:

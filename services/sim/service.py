@@ -10,15 +10,17 @@ import numpy as np
 from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.poses import Pose
-from lariat.trajectory import NANOSECONDS
-from services.sim.camera.lab_camera import LabCamera
-from services.sim.camera.marker_plates import MarkerPlate
-from services.sim.camera.rgbd_camera import BODY_COLOR
-from services.sim.distractors import MovingTubes
+from lariat.reset_counter import ResetCounter
+from lariat.scenario import Scenario
+from lariat.simulation.camera.marker_plates import MarkerPlate
+from lariat.simulation.camera.rgbd_camera import BODY_COLOR
+from lariat.simulation.distractors import MovingTubes
+from lariat.simulation.plants.end_motion import EndMotion
+from lariat.simulation.world import World
+from lariat.trajectory import NANOSECONDS, SECOND
+from services.sim.lab_camera import LabCamera
 from services.sim.marked_obstacles import MarkedObstacles
 from services.sim.options import SimOptions
-from services.sim.plants.end_motion import EndMotion
-from services.sim.world import World
 from shared import topics
 from shared.messages import (
     RUNNING,
@@ -30,9 +32,7 @@ from shared.messages import (
     poses_known,
     scene_obstacles,
 )
-from shared.reset_counter import ResetCounter
-from shared.runtime.service import SECOND, Inbox, Publication
-from shared.scenario import Scenario
+from shared.runtime.service import Inbox, Publication
 from shared.topics import Topic
 
 log = logging.getLogger(__name__)

@@ -7,12 +7,12 @@ from importlib.util import find_spec
 
 import numpy as np
 
+from lariat.arms.description import ArmDescription, arm_description
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from shared.arms.description import ArmDescription, arm_description
-from shared.scenario import Scenario, Side
-from shared.scenario.placement import base_of
+from lariat.scenario import Scenario, Side
+from lariat.scenario.placement import base_of
 
 log = logging.getLogger(__name__)
 
@@ -31,7 +31,7 @@ class ArmBodies:
             ValueError: The URDF cannot be read.
         """
         # Imported late: images of single processes have no Pinocchio.
-        from shared.arms.kinematics import load_arm
+        from lariat.arms.kinematics import load_arm
 
         self._model, self._geometry = load_arm(description.urdf, description.flange)
         self._state, self._placements = self._model.createData(), self._geometry.createData()
@@ -92,7 +92,7 @@ def _primitives(body) -> list[Obstacle]:
         case "Box":
             x, y, z = (2.0 * half for half in shape.halfSide)
             return [Obstacle("box", origin, size=(x, y, z))]
-    from shared.arms.sphere_cover import sphere_cover
+    from lariat.arms.sphere_cover import sphere_cover
 
     rotation, translation = np.array(body.placement.rotation), np.array(body.placement.translation)
     centres, radii = sphere_cover(body)  # In the frame of the joint.

@@ -14,12 +14,12 @@ from jaxtyping import Float64, UInt8
 from lariat.geometry import polylines, poses
 from lariat.geometry.obstacle_motion import obstacles_at
 from lariat.geometry.obstacles import Obstacle
+from lariat.scenario import SIDES, Scenario, Side
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.film.arm_bodies import arm_bodies
 from shared.messages import IDLE, chain, counted_nodes, obstacle_motions, scene_obstacles, stamp_of
 from shared.recording import Recording
-from shared.runtime.service import SECOND
-from shared.scenario import SIDES, Scenario, Side
 
 STEM_RADIUS = 0.008
 """Radius of what joins an arm to its gripper [m]."""

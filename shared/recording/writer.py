@@ -12,8 +12,11 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
+from lariat.files.bounded_file import read_file
+from lariat.scenario import Scenario
+from lariat.scenario.scenario import MAX_NODES_FILE_SIZE
+from lariat.version import MESSAGE_VERSION, RECORDING_VERSION, commit, version
 from shared.cell_description import cell_urdf
-from shared.files.bounded_file import read_file
 from shared.recording.disk_sync import DiskSync
 from shared.recording.layout import (
     CHUNK_SIZE,
@@ -23,10 +26,7 @@ from shared.recording.layout import (
     ROBOT_DESCRIPTION_TOPIC,
     SCENARIO_ATTACHMENT,
 )
-from shared.scenario import Scenario
-from shared.scenario.scenario import MAX_NODES_FILE_SIZE
 from shared.topics import Topic
-from shared.version import MESSAGE_VERSION, RECORDING_VERSION, commit, version
 
 FLUSH_PERIOD = 1_000_000_000
 """Longest log time that is lost when the writer is killed [ns]."""

@@ -35,11 +35,14 @@ from typing import Annotated, Any
 
 import tyro
 
+from lariat.configuration import ConfigurationError
 from lariat.machine_code.kernel_key import NoCompilerError
+from lariat.scenario import Scenario, load
+from lariat.trajectory import SECOND
+from lariat.version import version
 from shared import bus as buses
 from shared import topics
 from shared.bus import Bus, BusError, BusOptions
-from shared.configuration import ConfigurationError
 from shared.messages import Health, Trace
 from shared.runtime.clock import Clock, SystemClock
 from shared.runtime.closed_pipe import ending_with_the_reader
@@ -47,10 +50,8 @@ from shared.runtime.health import HealthMeter
 from shared.runtime.logs import BusHandler, log_to_standard_error
 from shared.runtime.memory import reserve_memory
 from shared.runtime.pace import Pace
-from shared.runtime.service import SECOND, Mailbox, Service
+from shared.runtime.service import Mailbox, Service
 from shared.runtime.stall_watch import StallWatch
-from shared.scenario import Scenario, load
-from shared.version import version
 
 log = logging.getLogger(__name__)
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 
-from shared.configuration import ConfigurationError
-from shared.scenario import Scenario
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario
 from stack.client import RequestFailed
 from stack.commissioning import checks, motions
 from stack.commissioning.record import (

@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from lariat.scenario import Scenario, Shape
 from shared import topics
 from shared.messages import ArmCommand, ArmStates, TaskRequest, TaskState
-from shared.scenario import Scenario, Shape
 from shared.topics import Topic
 from stack.client import POLL_PERIOD, Client
 from stack.commissioning.checks import REQUIRED_SERVICES

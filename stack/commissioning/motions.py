@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from lariat.scenario import Scenario, Shape
 from shared import topics
 from shared.messages import FAILED, REACHED, ArmCommand, ArmStates, TaskRequest, TaskState
-from shared.scenario import Scenario, Shape
 from stack.commissioning.checks import newest
 from stack.commissioning.session import NotPassed, Session
 

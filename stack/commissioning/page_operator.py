@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import ArmStates, CommissioningState, CommissioningStep
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario
 from stack.client import POLL_PERIOD, Client
 from stack.commissioning.checklist import STEPS
 from stack.commissioning.record import CommissioningRecord, fingerprint

@@ -7,9 +7,9 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from shared.configuration import ConfigurationError
-from shared.files.bounded_file import read_file
-from shared.scenario import Scenario
+from lariat.configuration import ConfigurationError
+from lariat.files.bounded_file import read_file
+from lariat.scenario import Scenario
 
 PASSED, FAILED, OPEN = "passed", "failed", "open"
 """Outcomes of a step; one is open that has no meaning for the cell as it runs now."""

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from lariat.scenario import Scenario, Shape
 from shared.messages import ArmCommand, ArmStates, TaskRequest, TaskState
-from shared.scenario import Scenario, Shape
 from shared.topics import Topic
 
 

@@ -13,7 +13,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 from stack.credentials.private_file import write_private
 
 AUTHORITY_NAME = "Lariat cell"

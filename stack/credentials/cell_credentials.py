@@ -15,8 +15,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from shared.configuration import ConfigurationError
-from shared.files.file_kind import kind_of
+from lariat.configuration import ConfigurationError
+from lariat.files.file_kind import kind_of
 from stack.credentials.access_control import ROUTER, USERS, access_control
 from stack.credentials.authority import Authority, Credential, days_left
 from stack.credentials.private_file import write_private

@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 from stack.credentials.private_file import write_private
 
 USER = "lariat"

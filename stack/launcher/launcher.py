@@ -28,10 +28,10 @@ from shared.messages import (
     TaskState,
 )
 from shared.runtime.clock import SystemClock
-from stack.cell_switch.cell_switch import CellCondition, CellSwitch
 from stack.launcher.console import ProcessConsole
 from stack.launcher.fork_server import ForkServer
 from stack.launcher.process import Process, Program
+from stack.scenario_manager.scenario_manager import CellCondition, CellSwitch
 
 WATCH_PERIOD = 0.05
 """Longest time between two checks of all processes [s]."""

@@ -6,8 +6,8 @@ import signal
 from collections.abc import Sequence
 from pathlib import Path
 
-from shared.scenario import SIDES, Scenario, Side
-from shared.scenario.sections import End
+from lariat.scenario import SIDES, Scenario, Side
+from lariat.scenario.sections import End
 from stack.launcher.process import Program
 
 EMULATOR_HOSTS: dict[Side, str] = {"left": "127.0.0.31", "right": "127.0.0.32"}

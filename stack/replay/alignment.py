@@ -12,9 +12,10 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.recording import Entry
-from shared.runtime.service import SECOND, Publication, Service
+from shared.runtime.service import Publication, Service
 from stack.replay.comparison import Difference
 from stack.replay.recorded_service import RECORDER_POLLING_TIME, RecordedService, Start, TracedStep
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
+from lariat.scenario import Scenario
 from shared import topics
 from shared.messages import RunResult, TaskState
 from shared.recording import Recording
-from shared.scenario import Scenario
 from stack.simulation.closed_loop import Score, score_of
 from stack.simulation.scoring import Scorer
 from stack.simulation.simulated_time import Delivery

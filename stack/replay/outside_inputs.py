@@ -19,12 +19,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import ArmStates, grip_pose
 from shared.recording import Entry, Recording
 from shared.runtime.service import Inbox, Publication, Service
-from shared.scenario import Scenario
 from stack import services
 from stack.replay.recorded_service import RecordedService, TracedStep
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import NamedTuple
 
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import Trace, TraceInput
 from shared.recording import Entry, Recording
-from shared.runtime.service import SECOND
 from stack.replay.comparison import Difference
 
 RECORDER_POLLING_TIME = SECOND // 10

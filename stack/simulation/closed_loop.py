@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from lariat.arms.description import with_own_urdfs
+from lariat.scenario import SIDES, Scenario
+from lariat.trajectory import SECOND
 from shared import topics
-from shared.arms.description import with_own_urdfs
 from shared.messages import FAILED, REACHED, ArmCommand, ArmStates, TaskRequest, TaskState
-from shared.runtime.service import SECOND, Service
-from shared.scenario import SIDES, Scenario
+from shared.runtime.service import Service
 from stack import services
 from stack.simulation.recorder_tap import RecorderTap
 from stack.simulation.scoring import Scorer

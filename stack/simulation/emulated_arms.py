@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from lariat.scenario import SIDES, Scenario, Side
+from lariat.trajectory import SECOND
 from services.cr5_emulator.connection import Connection
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway.drivers.cr5.link import ByteStream, StreamState
-from shared.runtime.service import SECOND
-from shared.scenario import SIDES, Scenario, Side
 
 BOOT_TIME = SECOND
 """Time before the first step at which an emulated arm is switched on [ns]."""
@@ -102,7 +102,7 @@ def emulated_links(scenario: Scenario, first_step: int) -> dict[Side, MemoryLink
 
 def _options(scenario: Scenario, side: Side) -> EmulatorOptions:
     # Imported late: only a cell with such an arm needs Pinocchio.
-    from shared.cr5.installation import scenario_joints, tether_of
+    from lariat.arms.cr5_installation import scenario_joints, tether_of
 
     end = scenario.end(side)
     return EmulatorOptions(

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import polylines
+from lariat.trajectory import SECOND
 from shared.messages import Plan, chain
-from shared.runtime.service import SECOND
 
 MIN_NODE_SPEED = 0.02
 """Mean speed of the true nodes below which a prediction does not count [m/s]."""

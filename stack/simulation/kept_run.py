@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from lariat.scenario import Scenario
 from services.recorder.runs.run_folder import RunFolder
 from services.recorder.runs.run_log import RunLog
 from shared import topics
 from shared.messages import RunResult, TaskState
-from shared.scenario import Scenario
 from stack.simulation.simulated_time import Delivery
 
 

@@ -19,7 +19,7 @@ from lariat.geometry.obstacles import (
     segment_distance,
     signed_distance,
 )
-from shared.runtime.service import SECOND
+from lariat.trajectory import SECOND
 
 CONTACT_DISTANCE = 0.0
 """Distance of the surfaces of rope and obstacle at and below which they touch [m]."""

@@ -6,13 +6,13 @@ import logging
 from collections import defaultdict
 from pathlib import Path
 
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
 from services.recorder.view.cell_view import CellView
 from shared import topics
 from shared.messages import Message
 from shared.recording import Writer
 from shared.runtime.logs import log_message
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario
 from shared.topics import Topic
 from stack.simulation.simulated_time import Delivery, SimulatedStack
 

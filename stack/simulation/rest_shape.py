@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.configuration import ConfigurationError
 from lariat.geometry.obstacles import pack_supports
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
-from services.sim.plants.end_motion import EndMotion
-from services.sim.plants.factory import build_plant, true_properties
-from services.sim.plants.plant import Plant
-from services.sim.plants.winding import wind
-from shared.configuration import ConfigurationError
-from shared.scenario import SIDES, Scenario
+from lariat.scenario import SIDES, Scenario
+from lariat.simulation.plants.end_motion import EndMotion
+from lariat.simulation.plants.factory import build_plant, true_properties
+from lariat.simulation.plants.plant import Plant
+from lariat.simulation.plants.winding import wind
 
 REST_PERIOD = 0.5
 """Time between two looks at a rope that comes to rest [s]."""

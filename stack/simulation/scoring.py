@@ -9,8 +9,9 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
-from lariat.trajectory import NANOSECONDS
-from services.sim.distractors import MovingTubes
+from lariat.scenario import Scenario
+from lariat.simulation.distractors import MovingTubes
+from lariat.trajectory import NANOSECONDS, SECOND
 from services.sim.marked_obstacles import MarkedObstacles
 from shared import topics
 from shared.messages import (
@@ -23,8 +24,6 @@ from shared.messages import (
     scene_obstacles,
 )
 from shared.messages.parameters import named_parameters
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario
 from stack.simulation.horizon_error import HorizonError
 from stack.simulation.least_clearance import LeastClearance
 from stack.simulation.sensing_error import SensingError

@@ -7,7 +7,7 @@ from collections import deque
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from shared.runtime.service import SECOND
+from lariat.trajectory import SECOND
 from stack.simulation.horizon_error import MIN_NODE_SPEED
 from stack.simulation.true_rope import TrueRope
 

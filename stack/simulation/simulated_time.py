@@ -15,9 +15,10 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import Message, Trace
-from shared.runtime.service import SECOND, Inbox, Mailbox, Received, Service
+from shared.runtime.service import Inbox, Mailbox, Received, Service
 from shared.topics import Topic
 
 START = SECOND

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from benchmarks.camera_to_arm import COLOR, DEPTH, STAGES, Latency, latencies
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import ArmStates, NodeChain, Setpoints, timestamp
 from shared.recording import Recording, Writer
-from shared.runtime.service import SECOND
-from shared.scenario import load
 
 SCENARIO = load(Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml")
 MS = SECOND // 1000

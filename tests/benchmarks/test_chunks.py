@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from benchmarks.chunks import CHUNKS, SCENARIO_FOLDER, GatewayCell
+from lariat.scenario import load
 from shared.messages import ArmStates
-from shared.scenario import load
 
 
 def test_longest_chunk_is_followed_beside_one_that_is_refused() -> None:

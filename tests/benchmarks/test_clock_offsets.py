@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 from benchmarks.clock_offsets import CLOCK_OFFSETS, HOUR, with_clock_offsets
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import Scene
-from shared.runtime.service import SECOND, Inbox, Publication, Received
+from shared.runtime.service import Inbox, Publication, Received
 from stack import services
 
 

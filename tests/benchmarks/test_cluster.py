@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from benchmarks import worker_pool
+from lariat.configuration import ConfigurationError
 from lariat.rod import Rod, RodProperties, RolloutSpec
-from shared.configuration import ConfigurationError
 
 ROOT = str(Path(worker_pool.__file__).parents[1])
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from benchmarks.conditions import Conditions
-from shared.scenario import load
+from lariat.scenario import load
 
 SCENARIO = load("scenarios/three-cylinders.toml")
 

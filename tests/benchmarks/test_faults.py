@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks.faults.cases import CASES
 from benchmarks.faults.joint_log import JointLog
-from services.robot_gateway.safety.stop_causes import STOP_CAUSES
+from lariat.safety.guard.stop_causes import STOP_CAUSES
 
 
 def log_of(speeds: np.ndarray) -> JointLog:

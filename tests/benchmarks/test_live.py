@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from benchmarks import live
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import ArmStates, Health
 from shared.recording import Recording, Writer
-from shared.runtime.service import SECOND
-from shared.scenario import load
 
 SCENARIO = load(Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml")
 

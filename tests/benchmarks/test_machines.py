@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from benchmarks.machines import PORT, ROBOT, cable, on_second_machine, set_cable
+from lariat.configuration import ConfigurationError
 from shared import bus as buses
 from shared import topics
 from shared.bus import BusOptions
-from shared.configuration import ConfigurationError
 from stack.credentials.cell_credentials import make_credentials
 from tests.shared.cell import until
 

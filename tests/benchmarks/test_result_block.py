@@ -12,7 +12,7 @@ from rich.table import Table
 
 from benchmarks.benches import BENCHES
 from benchmarks.result_block import BLOCK, find_block, markdown
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCKS = [

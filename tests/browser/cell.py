@@ -12,6 +12,7 @@ from playwright.sync_api import Page
 
 from dashboard.options import DashboardOptions
 from dashboard.service import build
+from lariat.scenario import load
 from shared import topics
 from shared.messages import (
     ArmCommand,
@@ -38,7 +39,6 @@ from shared.messages import (
     TaskState,
     grip_pose,
 )
-from shared.scenario import load
 from shared.topics import Topic
 from tests.browser.chromium import opened
 from tests.browser.stack import free_port

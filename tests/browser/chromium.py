@@ -18,7 +18,7 @@ from playwright.sync_api import Locator, Page, TimeoutError, expect, sync_playwr
 
 from dashboard.scene.scene_setup import initial_viewpoint
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
-from shared.scenario import Scenario
+from lariat.scenario import Scenario
 
 EXECUTABLE = shutil.which("chromium")
 FLAGS = (

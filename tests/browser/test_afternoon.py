@@ -15,6 +15,8 @@ import pytest
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from playwright.sync_api import Page, expect
 
+from lariat.scenario.rod_properties import rod_properties
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import (
     ArmStates,
@@ -28,8 +30,6 @@ from shared.messages import (
     chain,
     obstacle_message,
 )
-from shared.runtime.service import SECOND
-from shared.scenario.rod_properties import rod_properties
 from tests.browser.cell import SCENARIO, Cell, opened_cell
 from tests.browser.chromium import NO_CHROMIUM, choose, comes, field
 

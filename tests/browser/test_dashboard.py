@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from shared.scenario import load
+from lariat.scenario import load
 from tests.browser.chromium import NO_CHROMIUM, drag, on_screen, opened, press_set_goal
 from tests.browser.stack import running
 

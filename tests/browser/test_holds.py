@@ -15,7 +15,7 @@ from shared.messages import (
 )
 from tests.browser.cell import Cell
 from tests.browser.chromium import NO_CHROMIUM, comes
-from tests.dashboard.door.visitor import Visitor
+from tests.dashboard.web.visitor import Visitor
 
 pytestmark = NO_CHROMIUM
 

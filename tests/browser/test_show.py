@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from playwright.sync_api import Page, expect
 
-from shared.arms.installation import kinematics_of
-from shared.scenario import load
+from lariat.arms.installation import kinematics_of
+from lariat.scenario import load
 from tests.browser.chromium import NO_CHROMIUM, comes, on_screen, opened
 from tests.browser.stack import free_port
 from tests.cli.test_show import Silent, record

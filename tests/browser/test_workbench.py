@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import (
     CampaignState,
@@ -26,7 +27,6 @@ from shared.messages import (
     TaskRequest,
     chain,
 )
-from shared.runtime.service import SECOND
 from tests.browser.cell import SCENARIO, Cell
 from tests.browser.chromium import (
     NO_CHROMIUM,

@@ -15,8 +15,8 @@ from cli.extrinsics import MarkerView, estimate_extrinsics
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
-from services.sim.camera.true_camera import true_camera
-from shared.scenario import parse
+from lariat.scenario import parse
+from lariat.simulation.camera.true_camera import true_camera
 from stack.simulation.recorder_tap import RecorderTap
 from tests.services.perception.cell import TEXT, Cell
 

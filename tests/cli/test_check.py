@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from cli import check
-from services.planner.moving_obstacles import Departure
-from services.planner.problem import Problem
-from services.planner.shorter_path import stay
-from shared.scenario import Scenario
+from lariat.planning.moving_obstacles import Departure
+from lariat.planning.problem import Problem
+from lariat.planning.shorter_path import stay
+from lariat.scenario import Scenario
 from stack import planning
 from stack.scenario_overrides import load_with
 

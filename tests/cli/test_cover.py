@@ -14,10 +14,10 @@ from cli.__main__ import main
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import scene_distance
-from shared.scenario import load
+from lariat.scenario import load
+from tests.lariat.files.test_image_header import png_header
 from tests.lariat.geometry.depth_scene import depths, image_of
 from tests.lariat.geometry.meshes import prism_mesh
-from tests.shared.files.test_image_header import png_header
 
 ANGLE = [(0.0, 0.0), (60.0, 0.0), (60.0, 10.0), (10.0, 10.0), (10.0, 50.0), (0.0, 50.0)]
 """Outline of an angle bracket [mm]."""

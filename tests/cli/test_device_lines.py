@@ -8,9 +8,9 @@ import numpy as np
 
 from cli.arm import device_lines
 from cli.check import arm_starts
-from shared.cr5.installation import kinematics_of
+from lariat.arms.cr5_installation import kinematics_of
+from lariat.scenario import load
 from shared.messages import ArmState, ArmStates
-from shared.scenario import load
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cli.__main__ import main
-from tests.lariat.rod.identification.ropes import STIFFNESS, recorded
+from tests.lariat.identification.ropes import STIFFNESS, recorded
 
 REAL = Path(__file__).parents[3] / "shared" / "data" / "mocap" / "dlo5.npz"
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from cli import replay
+from lariat.configuration import ConfigurationError
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import ArmSetpoints, NodeChain, Parameter, Parameters, Setpoints
 from shared.recording import Recording, Writer
 from stack import services

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 from shared.recording import Recording
 from stack.scenario_overrides import load_with, to_toml
 from stack.simulation import closed_loop

@@ -11,8 +11,8 @@ import pytest
 
 from cli.__main__ import main
 from lariat.geometry import poses
-from services.perception.image.doubt import DOUBTFUL
-from tests.services.perception.centerline.test_segmentation import GREY, ORANGE, taken
+from lariat.perception.image.doubt import DOUBTFUL
+from tests.lariat.perception.centerline.test_segmentation import GREY, ORANGE, taken
 from tests.services.perception.scenes import CAMERA, curve
 
 

@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 from cli import show
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario, load
+from lariat.trajectory import SECOND
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.recording import Writer
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario, load
 from shared.topics import Topic
 from tests.dashboard.stage import Stage
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from services.controller.mpc import collision_avoidance
-from services.planner.problem import Problem
+from lariat.control.mpc import collision_avoidance
+from lariat.planning.problem import Problem
 from services.planner.service import PlannerService
 from shared import topics
 from shared.messages import FAILED, TaskState

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lariat.configuration import ConfigurationError
 from lariat.geometry import polylines, poses
-from services.planner.path_optimization.optimizer import PathOptimizer
+from lariat.planning.path_optimization.optimizer import PathOptimizer
+from lariat.scenario import Scenario
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import chain, counted_nodes, goal_angle
-from shared.scenario import Scenario
 from stack.planning import scenario_problem
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop

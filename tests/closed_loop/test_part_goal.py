@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from lariat.geometry import polylines
+from lariat.scenario import Scenario, load
 from shared import topics
 from shared.messages import chain
-from shared.scenario import Scenario, load
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.rest_shape import rest_shape

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lariat.configuration import ConfigurationError
+from lariat.control.mpc.collision_scene import CollisionScene
+from lariat.control.supervision.clearance_guard import ClearanceGuard
 from lariat.geometry.obstacles import chain_clearance
 from lariat.rod import Rod
-from services.controller.mpc.collision_scene import CollisionScene
-from services.controller.supervision.clearance_guard import ClearanceGuard
+from lariat.scenario.rod_properties import rod_properties
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import chain
-from shared.scenario.rod_properties import rod_properties
 from stack import preflight
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop

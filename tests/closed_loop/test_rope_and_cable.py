@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from shared.scenario import load
-from shared.scenario.rod_properties import rod_properties
+from lariat.scenario import load
+from lariat.scenario.rod_properties import rod_properties
 from stack.simulation.rest_shape import rest_shape
 from tests.closed_loop.loop import SCENARIOS, run
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from lariat.scenario import SIDES
 from shared import topics
 from shared.messages import ArmStates
-from shared.scenario import SIDES
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import Delivery

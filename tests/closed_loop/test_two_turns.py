@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from lariat.rod import Rod
+from lariat.scenario.rod_properties import rod_properties
 from shared import topics
 from shared.messages import chain
-from shared.scenario.rod_properties import rod_properties
 from stack.simulation.closed_loop import RunOutcome
 from tests.closed_loop.loop import run
 

@@ -14,6 +14,10 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from dashboard.subscriptions import SERVICES
 from lariat.geometry import polylines
 from lariat.geometry.poses import Pose
+from lariat.scenario import SIDES, Scenario, Side
+from lariat.scenario.cameras import DEFAULT_CAMERA
+from lariat.scenario.rod_properties import rod_properties
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import (
     IDLE,
@@ -33,10 +37,7 @@ from shared.messages import (
     grip,
     obstacle_message,
 )
-from shared.runtime.service import SECOND, Mailbox, Publication, Received, Service
-from shared.scenario import SIDES, Scenario, Side
-from shared.scenario.cameras import DEFAULT_CAMERA
-from shared.scenario.rod_properties import rod_properties
+from shared.runtime.service import Mailbox, Publication, Received, Service
 from shared.topics import Topic
 
 
@@ -124,7 +125,7 @@ class Stage:
             return []
         if side not in self._kinematics:
             # Imported late: only a cell with arms needs Pinocchio.
-            from shared.arms.installation import kinematics_of
+            from lariat.arms.installation import kinematics_of
 
             self._kinematics[side] = kinematics_of(self.scenario, side)
         start = self.scenario.grips(self.scenario.start)[SIDES.index(side)]

@@ -2,10 +2,10 @@ from __future__ import annotations
 
 from dashboard.outbox import Notification, Outbox
 from lariat.geometry.poses import IDENTITY, Pose
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import ArmCommand, ArmStates, Obstacle, Scene, SceneRequest, TaskRequest
 from shared.messages import TaskState as Task
-from shared.runtime.service import SECOND
 
 NOW = 50 * SECOND
 

@@ -2,15 +2,16 @@ from __future__ import annotations
 
 import pytest
 
-from dashboard.door.private_viser import PrivateViser
 from dashboard.outbox import Outbox
 from dashboard.page import Page
 from dashboard.scene.scene_view import SceneView
 from dashboard.subscriptions import READS
+from dashboard.web.private_viser import PrivateViser
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import NodeChain
-from shared.runtime.service import SECOND, Mailbox, Received
-from shared.scenario import load
+from shared.runtime.service import Mailbox, Received
 
 
 @pytest.mark.parametrize(("live", "drawn"), [(True, [0, 2, 4, 5]), (False, [0, 1, 2, 3, 4, 5])])

@@ -9,8 +9,8 @@ import pytest
 
 from dashboard.options import DashboardOptions
 from dashboard.service import DashboardService, build
-from shared.configuration import ConfigurationError
-from shared.scenario import load
+from lariat.configuration import ConfigurationError
+from lariat.scenario import load
 from tests.dashboard.stage import Stage
 
 SCENARIO = load("scenarios/three-cylinders.toml")

@@ -1,9 +1,10 @@
 from __future__ import annotations
 
 from dashboard.subscriptions import silence
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import ArmStates, NodeChain, TaskState
-from shared.runtime.service import SECOND, Inbox, Received
+from shared.runtime.service import Inbox, Received
 
 
 def inbox(**received: int) -> Inbox:

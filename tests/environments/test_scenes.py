@@ -6,8 +6,8 @@ import pytest
 
 from environments.scenes import KINDS, Kind, sample_scene
 from lariat.geometry.obstacles import chain_clearance
-from shared.scenario import load
-from shared.scenario.shipped import find
+from lariat.scenario import load
+from lariat.scenario.shipped import find
 
 BASE = load(find("three-cylinders"))
 

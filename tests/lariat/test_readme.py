@@ -36,7 +36,7 @@ def test_the_examples_of_the_readme_run_one_after_the_other(tmp_path: Path) -> N
 def test_importing_the_rod_imports_no_extra() -> None:
     program = f"""
 import sys
-import lariat.geometry, lariat.rod, lariat.rod.identification, lariat.rod.xpbd, lariat.trajectory
+import lariat.geometry, lariat.rod, lariat.identification, lariat.paper.xpbd, lariat.trajectory
 print([name for name in {EXTRAS} if name in sys.modules])
 """
     command = [sys.executable, "-c", program]

@@ -20,6 +20,8 @@ import tyro
 
 from dashboard.options import DashboardOptions
 from dashboard.service import build as build_dashboard
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
 from services.camera.options import CameraOptions
 from services.camera.service import build as build_camera
 from services.recorder.options import RecorderOptions
@@ -27,8 +29,7 @@ from services.recorder.service import build as build_recorder
 from shared import topics
 from shared.messages import ArmCommand, Obstacle, SceneRequest, TaskRequest
 from shared.recording import Writer
-from shared.runtime.service import SECOND, Inbox, Publication
-from shared.scenario import Scenario
+from shared.runtime.service import Inbox, Publication
 from stack import services
 from stack.replay.outside_inputs import CAMERA_RECORDING, free_port
 from stack.scenario_overrides import load_with

@@ -8,12 +8,12 @@ import numpy as np
 import pinocchio  # pyright: ignore[reportMissingImports]  # its wheel lives beside site-packages
 import pytest
 
+from lariat.arms.cr5_installation import kinematics_of
+from lariat.arms.description import with_own_urdfs
 from lariat.geometry import poses
 from lariat.protocols import ArmFacts
-from shared.arms.description import with_own_urdfs
+from lariat.scenario import SIDES, find, load
 from shared.cell_description import arm_urdf, cell_urdf, frame_name, roll_pitch_yaw
-from shared.cr5.installation import kinematics_of
-from shared.scenario import SIDES, find, load
 from stack.scenario_overrides import load_with
 from tests.robots import PANDA, UR5, Robot
 

@@ -11,16 +11,16 @@ import sys
 import tempfile
 from pathlib import Path
 
+from lariat.scenario import find, load
 from shared import bus as buses
 from shared.bus import BusOptions
-from shared.scenario import find, load
-from stack.cell_switch.campaign.campaigns import Campaigns
-from stack.cell_switch.cell_switch import CellSwitch
-from stack.cell_switch.library import ScenarioLibrary
 from stack.launcher.console import ProcessConsole
 from stack.launcher.fork_server import ForkServer
 from stack.launcher.launcher import Launcher
 from stack.launcher.process import Program, process_environment
+from stack.scenario_manager.campaign.campaigns import Campaigns
+from stack.scenario_manager.library import ScenarioLibrary
+from stack.scenario_manager.scenario_manager import CellSwitch
 
 
 def main() -> int:

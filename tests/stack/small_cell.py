@@ -6,6 +6,8 @@ import numpy as np
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
+from lariat.scenario import SIDES, Scenario, parse
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import (
     IDLE,
@@ -23,8 +25,7 @@ from shared.messages import (
     chain,
     grip,
 )
-from shared.runtime.service import SECOND, Inbox, Publication
-from shared.scenario import SIDES, Scenario, parse
+from shared.runtime.service import Inbox, Publication
 
 TEXT = """
 name = "small"

@@ -2,11 +2,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from services.planner.arms.arm_check import arm_fault
-from services.planner.whole_path import plan
+from lariat.planning.arms.arm_check import arm_fault
+from lariat.planning.whole_path import plan
 from stack.arm_advice import helpful_changes
 from stack.planning import scenario_problem
-from tests.services.planner.arms.scenes import AT_THE_GOAL, cell_with
+from tests.lariat.planning.arms.scenes import AT_THE_GOAL, cell_with
 
 
 def test_a_move_of_the_base_that_would_help_does_help():

@@ -9,8 +9,7 @@ edge e has frame e + 1.
 
 import taichi as ti
 
-from lariat.rod.kernels.step_terms import bend_share
-from lariat.rod.xpbd.kernels.quaternions import (
+from lariat.paper.xpbd.kernels.quaternions import (
     director,
     director_transpose,
     relative_imaginary,
@@ -18,6 +17,7 @@ from lariat.rod.xpbd.kernels.quaternions import (
     times_vector,
     vector_times,
 )
+from lariat.rod.kernels.step_terms import bend_share
 
 Vector3 = ti.types.vector(3, ti.f64)
 Vector4 = ti.types.vector(4, ti.f64)

@@ -17,16 +17,16 @@ from benchmarks.perception.following.frames import VIEW, TrueFrame, frames_of
 from benchmarks.perception.following.others import OthersFigures, OthersFollower
 from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR
 from benchmarks.result_block import figures_table, find_block, show
+from lariat.control.estimation.rope_tracker import MAX_DOUBT
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import TABLE
+from lariat.perception.centerline.estimate import CenterlineEstimate, RopeModel
+from lariat.perception.centerline.estimator import CenterlineEstimator
+from lariat.perception.centerline.settings import CenterlineSettings
+from lariat.perception.tracking.centerline_tracker import CenterlineTracker
+from lariat.perception.tracking.chain_doubt import ChainDoubt
 from lariat.rod import RodProperties
-from services.controller.estimation.rope_tracker import MAX_DOUBT
-from services.perception.centerline.estimate import CenterlineEstimate, RopeModel
-from services.perception.centerline.estimator import CenterlineEstimator
-from services.perception.centerline.settings import CenterlineSettings
-from services.perception.tracking.centerline_tracker import CenterlineTracker
-from services.perception.tracking.chain_doubt import ChainDoubt
-from services.sim.camera.depth_faults import REAL_SENSOR, DepthFaults
+from lariat.simulation.camera.depth_faults import REAL_SENSOR, DepthFaults
 
 WRONG_ERROR, WRONG_SIGMAS = 0.010, 3.0
 """Error [m] and error relative to sigma above which a node counts as confidently wrong."""

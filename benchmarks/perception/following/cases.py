@@ -12,7 +12,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
-from services.sim.camera.rgbd_camera import RGB, Tube
+from lariat.simulation.camera.rgbd_camera import RGB, Tube
 
 Case = Literal[
     "alone",

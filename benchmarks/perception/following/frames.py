@@ -14,12 +14,12 @@ from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import TABLE
 from lariat.geometry.poses import Pose
-from services.sim.camera.depth_faults import DepthFaults
-from services.sim.camera.rgbd_camera import Frame, RgbdCamera, Tube
-from services.sim.plants.end_motion import EndMotion
-from services.sim.plants.flex_rope import FlexRope
-from services.sim.plants.mujoco_plant import MujocoPlant
-from services.sim.plants.mujoco_rope import MujocoRope
+from lariat.simulation.camera.depth_faults import DepthFaults
+from lariat.simulation.camera.rgbd_camera import Frame, RgbdCamera, Tube
+from lariat.simulation.plants.end_motion import EndMotion
+from lariat.simulation.plants.flex_rope import FlexRope
+from lariat.simulation.plants.mujoco_plant import MujocoPlant
+from lariat.simulation.plants.mujoco_rope import MujocoRope
 
 FRAME_RATE = 30.0
 """Frame rate [Hz]."""

@@ -11,14 +11,14 @@ from jaxtyping import Float64
 from benchmarks.perception.following.frames import VIEW, TrueFrame
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import TABLE
-from services.perception.beside.other_ropes import FollowedRope, OtherRopes
-from services.perception.beside.search import SearchBeside
-from services.perception.beside.thin_things import RgbdView
-from services.perception.centerline.estimate import CenterlineEstimate
-from services.perception.rgbd.line_of_sight import line_of_sight
-from services.sim.camera.rgbd_camera import Tube
-from services.sim.camera.sensor_noise import SensorNoise
-from shared.scenario.sections import Limits
+from lariat.perception.centerline.estimate import CenterlineEstimate
+from lariat.perception.other_ropes.other_ropes import FollowedRope, OtherRopes
+from lariat.perception.other_ropes.search import SearchBeside
+from lariat.perception.other_ropes.thin_structures import RgbdView
+from lariat.perception.rgbd.line_of_sight import line_of_sight
+from lariat.scenario.sections import Limits
+from lariat.simulation.camera.rgbd_camera import Tube
+from lariat.simulation.camera.sensor_noise import SensorNoise
 
 MAX_DIAMETER = 0.03
 """Diameter of a tube above which it is no rope but a forearm [m]."""

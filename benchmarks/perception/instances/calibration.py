@@ -1,7 +1,7 @@
 """Calibration of doubt: logistic models fitted to what was right in rendered pictures.
 
 The pictures are those of the tuning generator, with seeds that nothing else was tuned on. The
-fitted coefficients are copied into services/perception/image/doubt.py.
+fitted coefficients are copied into lariat/perception/image/doubt.py.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from scipy.optimize import linear_sum_assignment
 from benchmarks.perception.instances.judgement import RIGHT_DICE, dice_matrix
 from benchmarks.perception.pictures.generators import Ground, tuning_picture
 from benchmarks.perception.pictures.renderer import LabelledPicture
-from services.perception.image import detector, doubt
-from services.perception.image.doubt import RopeFeatures
-from services.perception.image.foreground import Foreground, find_foregrounds
+from lariat.perception.image import detector, doubt
+from lariat.perception.image.doubt import RopeFeatures
+from lariat.perception.image.foreground import Foreground, find_foregrounds
 
 FIRST_SEED = 100_000
 """First seed of the pictures for the fit; tuning uses lower ones."""

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float64, UInt8
 from scipy.optimize import linear_sum_assignment
 
-from services.perception.image.detector import Detection
+from lariat.perception.image.detector import Detection
 
 RIGHT_DICE = 0.85
 """Dice coefficient from which a rope counts as found [-]."""

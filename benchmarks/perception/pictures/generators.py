@@ -31,7 +31,7 @@ from benchmarks.perception.pictures.renderer import (
     as_photograph,
     paint_cables,
 )
-from services.perception.centerline.segmentation import Color
+from lariat.perception.centerline.segmentation import Color
 
 Ground = Literal["plain", "clutter"]
 

@@ -26,9 +26,9 @@ from benchmarks.rod.front.motion import (
     then_still,
 )
 from lariat.geometry.obstacles import Obstacle
-from services.sim.plants.flex_rope import FlexRope
-from services.sim.plants.linked_rope import LinkedRope
-from services.sim.plants.mujoco_rope import MujocoRope
+from lariat.simulation.plants.flex_rope import FlexRope
+from lariat.simulation.plants.linked_rope import LinkedRope
+from lariat.simulation.plants.mujoco_rope import MujocoRope
 
 RopeMaker = Callable[[MujocoRope], FlexRope | LinkedRope]
 """Class of a rope of MuJoCo."""

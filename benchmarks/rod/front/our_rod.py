@@ -17,9 +17,9 @@ from benchmarks.rod.front.motion import (
     rest_state,
     then_still,
 )
+from lariat.paper.xpbd import XpbdProperties, XpbdRod
 from lariat.rod import Rod, RolloutSpec
 from lariat.rod.integration_schemes import Scheme
-from lariat.rod.xpbd import XpbdProperties, XpbdRod
 
 NAMES: dict[Scheme, str] = {"euler": "Lariat, 1st order", "sdirk2": "Lariat, 2nd order"}
 PAPER = "paper's XPBD"

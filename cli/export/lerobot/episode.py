@@ -11,11 +11,11 @@ from jaxtyping import Float32
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
+from lariat.scenario.cameras import DEFAULT_CAMERA
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import RUNNING, ArmSetpoints, ArmStates, Setpoints
 from shared.recording import Recording
-from shared.runtime.service import SECOND
-from shared.scenario.cameras import DEFAULT_CAMERA
 
 FRAME_RATE = 20
 """Rate of the frames [Hz]."""

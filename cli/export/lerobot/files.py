@@ -22,7 +22,7 @@ from cli.export.lerobot.episode import (
     read_episode,
 )
 from cli.export.lerobot.statistics import Statistics
-from shared.files.image_header import check_image
+from lariat.files.image_header import check_image
 from shared.recording import Recording
 
 LAYOUT_VERSION = "v3.0"

@@ -15,10 +15,10 @@ from dashboard.panels.campaign.campaign_view import groups_html, progress_html, 
 from dashboard.panels.campaign.value_list import values_of
 from dashboard.panels.note import note_html
 from dashboard.panels.scenario.setting_fields import SettingField, sections
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario
 from shared.campaign_table import campaign_csv
-from shared.configuration import ConfigurationError
 from shared.messages import CampaignState, StackRequest, StackState, Variation
-from shared.scenario import Scenario
 
 RUNNING = "(this one)"
 """Option of the list that stands for the scenario that runs."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 
 from dashboard.panels.scenario.setting_fields import SettingField
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 
 
 def values_of(field: SettingField, text: str) -> list[str]:

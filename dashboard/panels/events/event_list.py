@@ -13,9 +13,9 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from dashboard import palette
 from dashboard.panels.events.advice import advice
+from lariat.trajectory import SECOND
 from shared.messages import FAILED, IDLE, PAUSED, REACHED, RUNNING, ArmStates, TaskState
 from shared.messages import from_timestamp as nanoseconds
-from shared.runtime.service import SECOND
 
 MAX_EVENTS = 500
 """Largest number of events that are kept [-]."""

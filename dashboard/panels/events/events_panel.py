@@ -7,8 +7,9 @@ import viser
 from dashboard.action_queue import ActionQueue
 from dashboard.panels.events.event_list import LEVELS, EventList, Level, list_html
 from dashboard.subscriptions import LOGS
+from lariat.trajectory import SECOND
 from shared import topics
-from shared.runtime.service import SECOND, Inbox
+from shared.runtime.service import Inbox
 
 UPDATE_PERIOD = SECOND // 2
 """Time between two drawings [ns]."""

@@ -17,9 +17,9 @@ from dashboard.action_queue import ActionQueue
 from dashboard.outbox import Outbox
 from dashboard.panels.camera_image import decode
 from dashboard.scene.tube_view import TubeView
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
 from shared.messages import RunListRequest, RunMotion, RunPicture, chain
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario
 
 PICTURE_PERIOD = SECOND // 4
 """Least time between two requests for pictures [ns]."""

@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 
 from dashboard import palette
 from dashboard.controls.status_text import format_millimeters
+from lariat.trajectory import SECOND
 from shared.messages import RunSummary
-from shared.runtime.service import SECOND
 
 MAX_ROWS = 100
 """Largest number of rows of the table [-]."""

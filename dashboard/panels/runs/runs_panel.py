@@ -16,6 +16,8 @@ from dashboard.panels.chart import Curve, add_comparison_chart
 from dashboard.panels.runs.opened_run import OpenedRun
 from dashboard.panels.runs.run_table import csv_text, detail_html, label, matching, table_html
 from dashboard.panels.runs.video_button import VideoButton
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
 from shared.messages import (
     RunCurves,
     RunList,
@@ -25,8 +27,6 @@ from shared.messages import (
     RunSummary,
     RunVideo,
 )
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario
 
 NO_RUN = "(none)"
 """Option of the selection that stands for no run."""

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle
-from shared.aliases import with_current_keys
+from lariat.scenario import SIDES, Scenario
+from lariat.scenario.aliases import with_current_keys
+from lariat.scenario.entries import inline, numbers, obstacle_entry
 from shared.messages import Goal
-from shared.scenario import SIDES, Scenario
-from shared.scenario.entries import inline, numbers, obstacle_entry
 
 SAME = 1e-6
 """Largest difference of two equal coordinates [m], or components of a quaternion [-]."""

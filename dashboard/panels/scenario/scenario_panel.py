@@ -16,9 +16,9 @@ from dashboard.panels.note import note_html
 from dashboard.panels.scenario.present_scene import goal_settings, obstacle_settings
 from dashboard.panels.scenario.setting_editor import SettingEditor
 from lariat.geometry.obstacles import Obstacle
+from lariat.scenario import MAX_SCENARIO_SIZE, SIDES, Scenario
 from shared.messages import StackRequest, StackState, TaskState
 from shared.messages.validation import MAX_TEXT_LENGTH
-from shared.scenario import MAX_SCENARIO_SIZE, SIDES, Scenario
 
 NO_LAUNCHER = (
     "Nobody who starts scenarios answers: this stack was not started by lariat up. In containers, "

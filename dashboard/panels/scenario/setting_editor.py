@@ -9,8 +9,8 @@ import viser
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.panels.scenario.setting_fields import SettingField, sections
-from shared.configuration import ConfigurationError
-from shared.scenario import Scenario
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario
 
 Handle = viser.GuiCheckboxHandle | viser.GuiDropdownHandle[str] | viser.GuiTextHandle
 

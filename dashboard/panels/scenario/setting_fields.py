@@ -11,10 +11,10 @@ from functools import cache
 from importlib.metadata import entry_points
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from shared.aliases import with_current_keys
-from shared.configuration import Bounds, Extensible, parse_value, read_value
-from shared.scenario import Scenario
-from shared.scenario.reference import field_notes
+from lariat.configuration import Bounds, Extensible, parse_value, read_value
+from lariat.scenario import Scenario
+from lariat.scenario.aliases import with_current_keys
+from lariat.scenario.reference import field_notes
 
 FIRST_SECTIONS = ("control", "run", "limits", "rope", "sensing", "plant")
 """Sections that stand first in the list."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
 from services.recorder.goals.goal_folder import GoalFolder, GoalRefused
 from shared import topics
 from shared.messages import GoalList, GoalListRequest
-from shared.runtime.service import SECOND, Publication
-from shared.scenario import Scenario
+from shared.runtime.service import Publication
 
 
 class Goals:

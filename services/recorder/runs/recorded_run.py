@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from lariat.files.bounded_file import path_inside
+from lariat.trajectory import SECOND
 from services.recorder.runs.run_folder import RunRefused
 from shared import topics
-from shared.files.bounded_file import path_inside
 from shared.messages import (
     FAILED,
     IDLE,
@@ -29,7 +30,7 @@ from shared.messages import (
 )
 from shared.messages.validation import MAX_TEXT_LENGTH
 from shared.recording import Recording
-from shared.runtime.service import SECOND, Publication
+from shared.runtime.service import Publication
 
 log = logging.getLogger(__name__)
 

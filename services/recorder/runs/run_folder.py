@@ -9,10 +9,10 @@ from pathlib import Path
 
 from google.protobuf.json_format import MessageToJson, Parse, ParseError
 
+from lariat.files.bounded_file import path_inside, read_file
+from lariat.trajectory import SECOND
 from services.recorder.private_folder import make_folder
-from shared.files.bounded_file import path_inside, read_file
 from shared.messages import RunFile, RunSummary
-from shared.runtime.service import SECOND
 
 log = logging.getLogger(__name__)
 

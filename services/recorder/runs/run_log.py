@@ -6,6 +6,9 @@ import math
 import re
 from datetime import UTC, datetime
 
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
+from lariat.version import version
 from shared.history import History
 from shared.messages import (
     IDLE,
@@ -17,9 +20,6 @@ from shared.messages import (
     RunSummary,
     TaskState,
 )
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario
-from shared.version import version
 
 MAX_ROWS = 600
 """Largest number of rows of a run's curves [-]."""

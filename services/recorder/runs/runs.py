@@ -6,14 +6,15 @@ import logging
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
 from services.recorder.runs.recorded_run import RecordedRun
 from services.recorder.runs.run_folder import RunFolder, RunRefused
 from services.recorder.runs.run_log import RunLog
 from services.recorder.runs.video_process import VideoProcess
 from shared import topics
 from shared.messages import RunFile, RunList, RunListRequest, RunResult, TaskState
-from shared.runtime.service import SECOND, Publication
-from shared.scenario import Scenario
+from shared.runtime.service import Publication
 
 log = logging.getLogger(__name__)
 

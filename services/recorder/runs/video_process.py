@@ -11,11 +11,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
 
+from lariat.files.temporary_folder import TemporaryFolder
+from lariat.trajectory import SECOND
 from services.recorder.runs.run_folder import RunRefused
 from shared import topics
-from shared.files.temporary_folder import TemporaryFolder
 from shared.messages import RunSummary, RunVideo
-from shared.runtime.service import SECOND, Publication
+from shared.runtime.service import Publication
 
 ROOT = Path(__file__).parents[3]
 """Folder of the clone, whose modules come before others of their names."""

@@ -16,7 +16,8 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from lariat.geometry import poses
 from lariat.geometry.obstacle_motion import obstacles_at
 from lariat.geometry.poses import Pose
-from lariat.trajectory import NANOSECONDS
+from lariat.scenario import SIDES, Scenario
+from lariat.trajectory import NANOSECONDS, SECOND
 from services.recorder.view import colors
 from services.recorder.view.curves import CURVES, curves
 from services.recorder.view.depth_view import DepthView
@@ -42,8 +43,7 @@ from shared.cell_description import (
     frame_name,
 )
 from shared.messages import Scene, SceneMotion, obstacle_motions, scene_obstacles, timestamp
-from shared.runtime.service import SECOND, Publication
-from shared.scenario import SIDES, Scenario
+from shared.runtime.service import Publication
 from shared.topics import Topic
 
 REFRESH_PERIOD = SECOND

@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
+from lariat.trajectory import SECOND
 from services.recorder.view import colors
 from services.recorder.view.point_clouds import DEPTH_SHADE, depth_points, point_cloud
 from shared import topics
-from shared.runtime.service import SECOND, Publication
+from shared.runtime.service import Publication
 
 DEPTH_PERIOD = SECOND // 2
 """Least time between two depth images that are drawn [ns]."""

@@ -10,13 +10,13 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.JointState_pb2 import JointState
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 
+from lariat.arms.description import arm_description
 from lariat.geometry.poses import Pose
+from lariat.scenario import SIDES, Scenario, Side
+from lariat.scenario.placement import base_of
 from services.recorder.view.primitives import quaternion_message, vector_message
-from shared.arms.description import arm_description
 from shared.cell_description import GRIP, WORLD_FRAME, arm_urdf, frame_name
 from shared.messages import ArmState, ArmStates, timestamp
-from shared.scenario import SIDES, Scenario, Side
-from shared.scenario.placement import base_of
 
 
 class Frames:

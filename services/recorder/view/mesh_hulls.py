@@ -13,8 +13,8 @@ from importlib.util import find_spec
 import numpy as np
 from jaxtyping import Float64, Int32
 
-from shared.arms.description import arm_description
-from shared.scenario import Scenario, Side
+from lariat.arms.description import arm_description
+from lariat.scenario import Scenario, Side
 
 log = logging.getLogger(__name__)
 
@@ -45,7 +45,7 @@ def mesh_hulls(scenario: Scenario, side: Side) -> tuple[MeshHull, ...]:
     if description is None or find_spec("pinocchio") is None or find_spec("scipy") is None:
         return ()
     # Imported late: the recorder runs without Pinocchio.
-    from shared.arms.kinematics import load_arm
+    from lariat.arms.kinematics import load_arm
 
     try:
         model, geometry = load_arm(description.urdf, description.flange)

@@ -13,13 +13,13 @@ from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
+from lariat.arms.urdf import Body
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from services.recorder.view import colors
 from services.recorder.view.curves import Curves
 from services.recorder.view.mesh_hulls import MeshHull
-from shared.files.urdf import Body
 
 HALF_SPACE_SIDE = 2.0
 """Side of the square drawn for a half space [m]."""

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
-from shared.constraints.joints import JointConstraints
+from lariat.safety.constraints.joints import JointConstraints
 
 
 @dataclass(frozen=True)

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from lariat.configuration import ConfigurationError
 from lariat.geometry.poses import Pose
 from lariat.protocols.arm import Arm, ArmFacts, ArmSetup
+from lariat.scenario import SIDES, Scenario, Side
+from lariat.scenario.extensions import Extension
+from lariat.scenario.placement import base_of, tool_of
+from lariat.scenario.sections import DRIVERS
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.driver import Driver
 from services.robot_gateway.drivers.fixed import FixedDriver
 from services.robot_gateway.drivers.ideal import IdealDriver
-from shared.configuration import ConfigurationError
-from shared.extensions import Extension
-from shared.scenario import SIDES, Scenario, Side
-from shared.scenario.placement import base_of, tool_of
-from shared.scenario.sections import DRIVERS
 
 INCLUDED_ARMS = {
     "simulated": "services.robot_gateway.drivers.simulated:SimulatedArm",
@@ -64,10 +64,10 @@ def _driver(
 
 def _cr5(scenario: Scenario, side: Side, start: Pose, link: Link | None, emulator: str) -> Driver:
     # Only a cell with such an arm needs Pinocchio.
+    from lariat.arms.cr5_installation import kinematics_of, start_joints
     from services.robot_gateway.drivers.cr5.driver import Cr5Driver
     from services.robot_gateway.drivers.cr5.power_sequences import EnableSettings
     from services.robot_gateway.drivers.cr5.tcp_link import TcpLink
-    from shared.cr5.installation import kinematics_of, start_joints
 
     end = scenario.end(side)
     kinematics = kinematics_of(end)
@@ -95,8 +95,8 @@ def _cr5(scenario: Scenario, side: Side, start: Pose, link: Link | None, emulato
 def _joint_arm(scenario: Scenario, side: Side, start: Pose) -> Driver:
     """Driver of an arm behind `lariat.protocols.Arm`; without an address it is simulated."""
     # Only a cell with such an arm needs Pinocchio.
+    from lariat.arms.kinematics import UrdfKinematics
     from services.robot_gateway.drivers.joint_arm import JointArmDriver
-    from shared.arms.kinematics import UrdfKinematics
 
     end = scenario.end(side)
     named = Extension(f"ends.{side}.driver", INCLUDED_ARMS.get(end.driver, end.driver), DRIVERS)

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
+from lariat.safety.constraints.joints import JointConstraints
 from services.robot_gateway.drivers.driver import ArmFeedback
-from shared.constraints.joints import JointConstraints
 
 
 class IdealDriver:

@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.arms.kinematics import UrdfKinematics
 from lariat.geometry.poses import Pose
 from lariat.protocols.arm import Arm, ArmReading
+from lariat.safety.constraints.joints import JointConstraints
+from lariat.scenario.extensions import Extension, ExtensionFault
 from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.drivers.driver import ArmFeedback
-from shared.arms.kinematics import UrdfKinematics
-from shared.constraints.joints import JointConstraints
-from shared.extensions import Extension, ExtensionFault
 
 FIRST_POINT_DISTANCE = 0.005
 """Largest distance of the first servo point from the arm [m]."""

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio  # pyright: ignore[reportMissingImports]  # its wheel lives beside site-packages
 
+from lariat.arms.kinematics import UrdfKinematics
+from lariat.configuration import ConfigurationError
 from lariat.geometry.poses import Pose
 from lariat.protocols.arm import ArmFacts, ArmReading, ArmSetup, Joints
-from shared.arms.kinematics import UrdfKinematics
-from shared.configuration import ConfigurationError
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from lariat.configuration import ConfigurationError
 from lariat.protocols.arm import ArmFacts, ArmReading, ArmSetup, Joints
-from shared.configuration import ConfigurationError
 
 log = logging.getLogger(__name__)
 

@@ -6,9 +6,9 @@ from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
+from lariat.files.image_header import MAX_PIXEL_COUNT, check_image
 from lariat.geometry.obstacle_checks import check_obstacle
 from shared import messages
-from shared.files.image_header import MAX_PIXEL_COUNT, check_image
 from shared.messages.checks.values import Checks, check_length, check_places
 
 MAX_OBSTACLES = 256

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.geometry import polylines
+from lariat.safety.motion_contract import SETPOINT_PERIOD
 from shared import messages
 from shared.messages.checks.values import (
     MAX_COORDINATE,
@@ -20,7 +21,6 @@ from shared.messages.checks.values import (
     count_nodes,
     count_points,
 )
-from shared.motion_contract import SETPOINT_PERIOD
 
 MIN_PART_NODES = 3
 """Least number of nodes that give a part of a rope its shape [-]."""

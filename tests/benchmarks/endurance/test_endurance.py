@@ -10,7 +10,7 @@ import pytest
 from benchmarks.endurance import simulated
 from benchmarks.endurance.samples import Sample, sample_of, trends
 from cli.__main__ import main
-from shared.runtime.service import SECOND
+from lariat.trajectory import SECOND
 
 
 def samples(memory: list[float]) -> list[Sample]:

@@ -7,7 +7,7 @@ import time
 from benchmarks.endurance.pages import OpenPages
 from dashboard.options import DashboardOptions
 from dashboard.service import build
-from shared.scenario import load
+from lariat.scenario import load
 from tests.browser.stack import free_port
 from tests.dashboard.stage import Stage
 

@@ -15,9 +15,9 @@ from benchmarks.fuzz.file_targets import FileTarget, file_targets
 from benchmarks.fuzz.launcher_target import LauncherTarget
 from benchmarks.fuzz.message_targets import ServiceTarget, Totals
 from cli.__main__ import main
+from lariat.scenario import load
 from shared.cr5.packet import PacketReader
 from shared.runtime.service import Inbox
-from shared.scenario import load
 
 FILES = ("scenario", "nodes", "recording", "png", "jpeg")
 

@@ -18,12 +18,12 @@ from lariat.geometry import poses
 from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
+from lariat.safety.constraints.collision import EXACT_SLACK
+from lariat.safety.constraints.motion_constraints import CellBoundaries, MotionConstraints
+from lariat.scenario import Scenario, load
+from lariat.trajectory import SECOND
 from shared import topics
-from shared.constraints.collision import EXACT_SLACK
-from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
 from shared.messages import ArmStates
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario, load
 
 BASE = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
 KINDS: list[Kind] = ["hard", "boxes", "moving", "new-goal", "rotating"]

@@ -7,8 +7,8 @@ import pytest
 
 from benchmarks.paper.gradient_times import reverse_mode_gradient
 from benchmarks.paper.studies import Study, StudyRunner
+from lariat.paper.xpbd import XpbdProperties, XpbdRod
 from lariat.rod import RolloutSpec
-from lariat.rod.xpbd import XpbdProperties, XpbdRod
 
 
 @pytest.fixture(scope="module")

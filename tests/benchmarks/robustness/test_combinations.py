@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.robustness.combinations import PLANTS, sample, scenarios_of_one_rope
-from shared.scenario import load
+from lariat.scenario import load
 
 COMBINATIONS = [sample(0, number) for number in range(60)]
 

@@ -11,8 +11,8 @@ from benchmarks.robustness.observability import bounds
 from benchmarks.robustness.scene import arms_reach, build_scene
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import chain_clearance
-from services.sim.plants.factory import build_plant
-from shared.scenario import load
+from lariat.scenario import load
+from lariat.simulation.plants.factory import build_plant
 from stack.simulation.rest_shape import goal_grips
 
 

@@ -11,7 +11,7 @@ from benchmarks.robustness.bench import summary
 from benchmarks.robustness.combinations import Combination, sample
 from benchmarks.robustness.tables import write_page
 from benchmarks.robustness.trial import Trial, TrialFile, as_written
-from shared.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError
 
 SCORE = {
     "final_error_mm": 0.2,

@@ -15,7 +15,7 @@ from benchmarks.stages.stages import OUTSIDE, Frame, Sample, Stage, times, withi
 ROOT = Path(__file__).parents[3]
 LOOP = Frame("/clone/stack/simulation/simulated_time.py", "_step")
 SERVICE = Frame("/clone/services/controller/service.py", "step")
-PLAN = Frame("/clone/services/controller/mpc/gauss_newton.py", "plan")
+PLAN = Frame("/clone/lariat/control/mpc/gauss_newton.py", "plan")
 KERNEL = Frame("/clone/lariat/rod/rod.py", "linearize")
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from benchmarks.ways.measured_services import MeasuredWorld
 from lariat.geometry.poses import Pose
-from services.sim.plants.end_motion import EndMotion
-from shared.scenario import load
-from shared.scenario.sections import Obstacle
+from lariat.scenario import load
+from lariat.scenario.sections import Obstacle
+from lariat.simulation.plants.end_motion import EndMotion
 
 
 def test_a_bar_that_the_rope_jumps_over_counts() -> None:

@@ -7,11 +7,11 @@ from pathlib import Path
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
+from lariat.scenario.cameras import DEFAULT_CAMERA
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import ArmSetpoints, Setpoints, timestamp
 from shared.recording import Writer
-from shared.runtime.service import SECOND
-from shared.scenario.cameras import DEFAULT_CAMERA
 from tests.services.recorder.view import cell
 
 STEP = SECOND // 10

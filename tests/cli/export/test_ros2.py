@@ -12,8 +12,8 @@ from rosbags.rosbag2 import Reader
 
 from cli.export import main
 from cli.export.ros2_store import STORE
-from shared.cr5.installation import scenario_joints
-from shared.runtime.service import SECOND
+from lariat.arms.cr5_installation import scenario_joints
+from lariat.trajectory import SECOND
 from tests.cli.export.recorded import STEP, recording
 from tests.services.recorder.view import cell
 

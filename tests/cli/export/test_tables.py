@@ -10,7 +10,7 @@ from pyarrow import parquet
 
 from cli.__main__ import main as lariat
 from cli.export import main
-from shared.runtime.service import SECOND
+from lariat.trajectory import SECOND
 from tests.cli.export.recorded import STEP, recording
 from tests.services.recorder.view import cell
 

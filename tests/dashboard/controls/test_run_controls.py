@@ -8,8 +8,8 @@ from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.controls.run_controls import NUMBERS_PERIOD, RunControls
 from dashboard.controls.status_text import StatusLine
-from dashboard.door.private_viser import PrivateViser
 from dashboard.outbox import Outbox
+from dashboard.web.private_viser import PrivateViser
 
 
 @pytest.fixture

@@ -5,11 +5,11 @@ import json
 import pytest
 
 from dashboard.controls.stop_bar import MAX_SIGN_GAP, STATUS_PERIOD, StopBar
-from dashboard.door.cell_socket import Approach
 from dashboard.outbox import Outbox
+from dashboard.web.cell_socket import Approach
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import ArmCommand, ArmStates, Consent
-from shared.runtime.service import SECOND
 
 START = 1_000 * SECOND
 STEP = SECOND // 30

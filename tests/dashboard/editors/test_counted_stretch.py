@@ -9,12 +9,12 @@ import pytest
 
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
-from dashboard.door.private_viser import PrivateViser
 from dashboard.editors.counted_stretch import CountedStretch
 from dashboard.scene.scene_view import SceneView
+from dashboard.web.private_viser import PrivateViser
 from lariat.geometry import polylines
+from lariat.scenario import load
 from shared.messages import Goal, GoalPreview
-from shared.scenario import load
 
 SCENARIO = load("scenarios/three-cylinders.toml")
 ROPE = SCENARIO.rope

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from dashboard.action_queue import ActionQueue
-from dashboard.door.private_viser import PrivateViser
 from dashboard.editors.goal_editor import GoalEditor
 from dashboard.outbox import Outbox
 from dashboard.scene.scene_view import SceneView
+from dashboard.web.private_viser import PrivateViser
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import Goal, GoalPreview
-from shared.runtime.service import SECOND
-from shared.scenario import load
 
 SCENARIO = load("three-cylinders")
 LEFT = SCENARIO.grips(SCENARIO.goal)[0].position

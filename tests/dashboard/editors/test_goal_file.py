@@ -7,9 +7,9 @@ import pytest
 
 from dashboard.editors import goal_file
 from lariat.geometry import polylines
+from lariat.scenario import Shape, load
+from lariat.scenario.goal_table import goal_table
 from shared.messages import SavedGoal, chain, grip_pose
-from shared.scenario import Shape, load
-from shared.scenario.goal_table import goal_table
 
 SCENARIO = load("scenarios/three-cylinders.toml")
 ARC = np.linspace(0.0, np.pi, 25)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from dashboard.action_queue import ActionQueue
-from dashboard.door.private_viser import PrivateViser
 from dashboard.editors.goal_shortcuts import GoalShortcuts
 from dashboard.outbox import Outbox
+from dashboard.web.private_viser import PrivateViser
 from shared import topics
 from shared.messages import ArmState, ArmStates, Goal, NodeChain, TaskRequest, TaskState
 

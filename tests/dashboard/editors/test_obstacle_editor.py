@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from dashboard.action_queue import ActionQueue
-from dashboard.door.private_viser import PrivateViser
 from dashboard.editors.obstacle_editor import (
     SHAPES,
     ObstacleEditor,
@@ -15,8 +14,9 @@ from dashboard.editors.obstacle_editor import (
     new_obstacle,
 )
 from dashboard.outbox import Outbox
+from dashboard.web.private_viser import PrivateViser
 from lariat.geometry import obstacles
-from shared.scenario import load
+from lariat.scenario import load
 
 SCENARIO = load("three-cylinders")
 

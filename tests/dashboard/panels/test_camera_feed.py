@@ -5,10 +5,10 @@ from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 from dashboard.panels.camera_feed import MAX_SKEW, MAX_WAITING_IMAGES, CameraFeed
+from lariat.scenario.cameras import DEFAULT_CAMERA
 from shared import topics
 from shared.messages import NodeChain, timestamp
 from shared.runtime.service import Mailbox, Received
-from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.topics import Topic
 
 COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)

@@ -5,8 +5,8 @@ import numpy as np
 
 from dashboard.panels.camera_image import decode, draw_rope
 from lariat.geometry.cameras import Camera, Intrinsics
+from lariat.scenario import load
 from shared.messages import NodeChain
-from shared.scenario import load
 
 SCENARIO = load("scenarios/three-cylinders.toml")
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import pytest
 
 from dashboard.action_queue import ActionQueue
-from dashboard.door.private_viser import PrivateViser
 from dashboard.outbox import Outbox
 from dashboard.panels.first_day_panel import FirstDayPanel, list_html, present_html
+from dashboard.web.private_viser import PrivateViser
 from shared import topics
 from shared.messages import CommissioningState, CommissioningStep
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from dashboard.action_queue import ActionQueue
-from dashboard.door.private_viser import PrivateViser
 from dashboard.outbox import Outbox
 from dashboard.panels.chart import MARK_WIDTH
 from dashboard.panels.parameter_panel import ParameterPanel, table_html, true_values
+from dashboard.web.private_viser import PrivateViser
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from shared.messages import Estimate, Parameters, RodParameters, TaskState
 from shared.messages.parameters import named_parameters
-from shared.runtime.service import SECOND
-from shared.scenario import load
 
 SCENARIO = load("scenarios/rope.toml")
 

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from dashboard.door.private_viser import PrivateViser
 from dashboard.panels.run_plots import RunPlots, over_earlier_runs, result_text
+from dashboard.web.private_viser import PrivateViser
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from shared.messages import REACHED, RUNNING, RunResult, TaskState
-from shared.runtime.service import SECOND
-from shared.scenario import load
 
 
 @pytest.mark.parametrize(

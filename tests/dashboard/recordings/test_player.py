@@ -6,7 +6,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from dashboard.door.private_viser import PrivateViser
+from dashboard.web.private_viser import PrivateViser
 from dashboard.outbox import Outbox
 from dashboard.page import Page
 from dashboard.recordings.player import Player
@@ -14,8 +14,8 @@ from dashboard.recordings.timeline import RecordedMessage, Timeline
 from dashboard.subscriptions import READS
 from shared import topics
 from shared.messages import RUNNING, NodeChain, TaskState
-from shared.scenario import load
-from shared.runtime.service import SECOND
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 
 SCENARIO = load("scenarios/three-cylinders.toml")
 NODES = np.linspace([0.0, 0.0, 0.3], [0.4, 0.0, 0.3], 40)

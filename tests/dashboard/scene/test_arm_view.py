@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from dashboard.scene.arm_view import arm_view
+from lariat.arms.kinematics import UrdfKinematics
 from lariat.geometry.poses import Pose
-from shared.arms.kinematics import UrdfKinematics
-from shared.scenario import Scenario, load
-from shared.scenario.placement import base_of, tool_of
+from lariat.scenario import Scenario, load
+from lariat.scenario.placement import base_of, tool_of
 from stack.scenario_overrides import load_with
 from tests.closed_loop.loop import SCENARIOS
 from tests.robots import PANDA, UR5, Robot

@@ -7,7 +7,7 @@ import pytest
 
 from dashboard.scene.scene_setup import initial_viewpoint
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
-from shared.scenario import SIDES, load
+from lariat.scenario import SIDES, load
 
 
 @pytest.mark.parametrize("width", [900, 500])

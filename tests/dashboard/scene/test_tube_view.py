@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 
 from dashboard import palette
-from dashboard.door.private_viser import PrivateViser
 from dashboard.scene.tube_view import MIN_SCALE_CHANGE, TubeView
+from dashboard.web.private_viser import PrivateViser
 
 
 def test_tube_follows_its_nodes_and_its_segments_only_what_is_seen() -> None:

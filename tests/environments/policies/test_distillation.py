@@ -18,7 +18,7 @@ from environments.policies.distillation import (
     imitated,
 )
 from environments.policies.grip_policy import GripPolicy
-from shared.scenario import load
+from lariat.scenario import load
 
 SHORT = DistillationSettings(goals=1, node_count=12, width=32, iterations=300, batch=256)
 

@@ -12,9 +12,9 @@ import pytest
 
 from lariat.machine_code.kernel_key import own_files, own_key
 from lariat.machine_code.kernel_source import ROOT, KernelSource
+from lariat.perception.centerline.chain_fit import KERNEL
 from lariat.rod.launch.machine_code import SOURCE
-from services.perception.centerline.chain_fit import KERNEL
-from services.sim.camera import camera_kernels
+from lariat.simulation.camera import camera_kernels
 
 SOURCES = (SOURCE, KERNEL, *camera_kernels.SOURCES)
 

@@ -15,12 +15,12 @@ import pytest
 from lariat.machine_code import compilation, library
 from lariat.machine_code.kernel_key import own_key
 from lariat.machine_code.kernel_source import ROOT, KernelSource
+from lariat.perception.centerline.chain_fit import KERNEL
 from lariat.rod import Rod, RodProperties, RolloutSpec
 from lariat.rod.launch import machine_code
 from lariat.rod.launch.machine_code import SOURCE
-from services.perception.centerline.chain_fit import KERNEL
-from services.sim.camera import camera_kernels
-from shared.constraints.sphere_kernels import LEAST_DISTANCES
+from lariat.safety.constraints.sphere_kernels import LEAST_DISTANCES
+from lariat.simulation.camera import camera_kernels
 
 has_assembler = pytest.mark.skipif(
     not (shutil.which("as") and shutil.which("ld")), reason="as and ld are not installed"
@@ -267,9 +267,9 @@ def test_without_taichi_and_a_library_the_way_out_is_named(launch: str, tmp_path
         "import sys; sys.modules['taichi'] = None; import numpy as np; "
         "from lariat.geometry.poses import Pose; from lariat.machine_code import library; "
         "from lariat.rod import Rod, RodProperties; "
-        "from services.controller.model_factory import paper_rod; "
-        "from services.perception.centerline import chain_fit; "
-        "from shared.scenario.sections import PaperControl; "
+        "from lariat.control.model_factory import paper_rod; "
+        "from lariat.perception.centerline import chain_fit; "
+        "from lariat.scenario.sections import PaperControl; "
         "places = np.zeros(3), np.array([0.4, 0.0, 0.0]); "
         "GRIPS = [Pose(p, np.array([1.0, 0.0, 0.0, 0.0])) for p in places]; "
         f"{launch}"
@@ -393,9 +393,9 @@ def test_a_prepared_call_sees_what_its_arrays_hold_and_takes_the_last_numbers() 
 @has_assembler
 def test_seeing_a_rope_in_simulation_needs_no_taichi() -> None:
     program = (
-        "import sys; from services.sim.camera.rgbd_camera import RgbdCamera; "
-        "from services.perception.centerline.chain_fit import ChainFit; "
-        "from tests.services.sim.camera.test_rgbd_camera import VIEW, arch; "
+        "import sys; from lariat.simulation.camera.rgbd_camera import RgbdCamera; "
+        "from lariat.perception.centerline.chain_fit import ChainFit; "
+        "from tests.lariat.simulation.camera.test_rgbd_camera import VIEW, arch; "
         "RgbdCamera(VIEW).take(arch(), 0.01); "
         "ChainFit(10, 0.5); sys.exit('taichi' in sys.modules)"
     )

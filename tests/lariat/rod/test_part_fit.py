@@ -9,8 +9,8 @@ from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
 from lariat.rod.part_fit import fit_part, part_points
-from shared.scenario import load
-from shared.scenario.rod_properties import rod_properties
+from lariat.scenario import load
+from lariat.scenario.rod_properties import rod_properties
 
 
 @pytest.mark.parametrize("name", ["three-cylinders", "cable", "two-turns"])

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 import zenoh
 
+from lariat.scenario.cameras import DEFAULT_CAMERA
+from lariat.trajectory import SECOND
 from services.perception.service import PerceptionService
 from shared import topics
 from shared.messages import chain
-from shared.runtime.service import SECOND, Mailbox
-from shared.scenario.cameras import DEFAULT_CAMERA
+from shared.runtime.service import Mailbox
 from tests.services.perception.cell import Cell as Lab
 from tests.services.perception.cell import scenario
 from tests.shared.cell import Cell, until

@@ -8,15 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lariat.configuration import ConfigurationError
+from lariat.scenario import find, parse
+from lariat.scenario.cameras import DEFAULT_CAMERA
+from lariat.trajectory import SECOND
 from services.camera.options import CameraOptions
 from services.camera.service import build
 from services.perception.service import PerceptionService
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import chain, stamp_of
-from shared.runtime.service import SECOND, Mailbox, Received
-from shared.scenario import find, parse
-from shared.scenario.cameras import DEFAULT_CAMERA
+from shared.runtime.service import Mailbox, Received
 from stack.simulation.recorder_tap import RecorderTap
 from tests.services.perception.cell import Cell, scenario
 

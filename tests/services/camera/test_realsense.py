@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
+from lariat.configuration import ConfigurationError
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import TABLE
 from lariat.geometry.poses import Pose
+from lariat.perception.centerline.estimator import CenterlineEstimator
+from lariat.perception.rgbd.decoding import decode_frame
+from lariat.scenario.cameras import DEFAULT_CAMERA
+from lariat.simulation.camera.rgbd_camera import Frame, RgbdCamera
+from lariat.simulation.camera.sensor_noise import NOISELESS
 from services.camera.service import CameraService
 from services.camera.stream import CameraStream
-from services.perception.centerline.estimator import CenterlineEstimator
-from services.perception.rgbd.decoding import decode_frame
-from services.sim.camera.rgbd_camera import Frame, RgbdCamera
-from services.sim.camera.sensor_noise import NOISELESS
-from shared.configuration import ConfigurationError
 from shared.messages import stamp_of
 from shared.runtime.service import Inbox, Publication
-from shared.scenario.cameras import DEFAULT_CAMERA
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips
 
 rs = pytest.importorskip(

@@ -7,17 +7,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.control.estimation.adaptation import apply_material
+from lariat.control.estimation.material_filter import MaterialFilter
+from lariat.control.estimation.state_estimator import StateEstimator
+from lariat.control.model_factory import receding_horizon_controller
+from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
+from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RolloutSpec
+from lariat.scenario.sections import Control, Limits
 from lariat.trajectory import MotionState, mean_twists
-from services.controller.estimation.adaptation import apply_material
-from services.controller.estimation.material_filter import MaterialFilter
-from services.controller.estimation.state_estimator import StateEstimator
-from services.controller.model_factory import receding_horizon_controller
-from services.controller.mpc.collision_avoidance import AvoidanceSpecification
-from services.controller.mpc.reference_trajectory import ReferenceTrajectory
-from shared.scenario.sections import Control, Limits
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
 """Orientation of a level grip, wxyz."""

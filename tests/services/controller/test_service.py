@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from services.controller.run.reasons import ReasonCode
-from services.controller.run.state_machine import RunEvent, RunState
+from lariat.control.run.reasons import ReasonCode
+from lariat.control.run.state_machine import RunEvent, RunState
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from services.controller.service import ControllerService, build
 from shared import messages, topics
 from shared.messages import ArmState, ArmStates, GoalDraft, TaskRequest, TaskState, chain
-from shared.runtime.service import SECOND, Inbox, Publication, Received
-from shared.scenario import load
+from shared.runtime.service import Inbox, Publication, Received
 
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
 LEVEL = [0.5, 0.5, 0.5, 0.5]

@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lariat.arms.cr5_kinematics import Kinematics
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from services.cr5_emulator import frames
 from services.cr5_emulator.kinematics import CALIBRATED_GEOMETRY, NOMINAL_GEOMETRY
-from shared.cr5.kinematics import Kinematics
 
 HERE = Pose(np.zeros(3), poses.IDENTITY)
 # Joints [deg], flange [mm, deg], quaternion; poses 2 and 3 are the vendor's own numbers.

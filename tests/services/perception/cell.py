@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.scenario import Scenario, parse
+from lariat.scenario.scenario import PLANT_EDGES
+from lariat.trajectory import SECOND
 from services.perception.service import PerceptionService
 from services.sim.service import SimService
 from shared import topics
 from shared.messages import ArmState, ArmStates, NodeChain, chain
-from shared.runtime.service import SECOND, Inbox, Publication
-from shared.scenario import Scenario, parse
-from shared.scenario.scenario import PLANT_EDGES
+from shared.runtime.service import Inbox, Publication
 from stack.simulation.simulated_time import START, SimulatedStack
 
 TEXT = """

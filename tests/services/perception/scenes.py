@@ -11,9 +11,9 @@ from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
-from services.perception.centerline.estimate import RopeModel
-from services.sim.camera.rgbd_camera import Frame, RgbdCamera
-from services.sim.camera.sensor_noise import SensorNoise
+from lariat.perception.centerline.estimate import RopeModel
+from lariat.simulation.camera.rgbd_camera import Frame, RgbdCamera
+from lariat.simulation.camera.sensor_noise import SensorNoise
 
 CAMERA = Camera(
     Intrinsics.symmetric(640, 480, math.radians(65.0)),

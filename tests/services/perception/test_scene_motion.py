@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from services.perception.scene import ObstacleScene, SceneChangeRefused
+from lariat.perception.scene import ObstacleScene, SceneChangeRefused
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from services.perception.scene_motion import MOVING_PERIOD, SceneMotionPublisher
 from shared.messages import SceneMotion, TaskState
-from shared.runtime.service import SECOND
-from shared.scenario import load
 
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "crossing.toml")
 

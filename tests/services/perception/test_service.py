@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from lariat.geometry import polylines
+from lariat.scenario.cameras import DEFAULT_CAMERA
+from lariat.trajectory import SECOND
 from services.perception.service import PerceptionService
 from shared import topics
 from shared.messages import (
@@ -17,8 +19,6 @@ from shared.messages import (
     chain,
     timestamp,
 )
-from shared.runtime.service import SECOND
-from shared.scenario.cameras import DEFAULT_CAMERA
 from stack.simulation.simulated_time import Delivery
 from tests.services.perception.cell import Cell, scenario
 

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from services.perception.markers.marker_obstacles import ObstacleMove
+from lariat.perception.markers.marker_obstacles import ObstacleMove
+from lariat.scenario import Scenario
+from lariat.scenario.scenario import PLANT_EDGES
 from services.perception.service import PerceptionService
 from services.sim.service import SimService
 from shared import topics
 from shared.messages import NodeChain, chain
 from shared.runtime.service import Inbox, Publication
-from shared.scenario import Scenario
-from shared.scenario.scenario import PLANT_EDGES
 from stack.simulation.simulated_time import START, SimulatedStack
 from tests.services.perception.cell import ScriptedArms, scenario
 

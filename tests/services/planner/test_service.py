@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from services.planner.problem import Problem, WholePath
+from lariat.planning.problem import Problem, WholePath
+from lariat.planning.shorter_path import stay
+from lariat.scenario import Scenario, load
+from lariat.trajectory import SECOND
 from services.planner.service import PlannerService
-from services.planner.shorter_path import stay
 from shared import messages, topics
 from shared.messages import (
     ArmSetpoints,
@@ -21,8 +23,7 @@ from shared.messages import (
     Setpoints,
     TaskState,
 )
-from shared.runtime.service import SECOND, Inbox, Received
-from shared.scenario import Scenario, load
+from shared.runtime.service import Inbox, Received
 
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "over-a-bar.toml")
 

@@ -9,12 +9,12 @@ import sys
 import time
 from pathlib import Path
 
+from lariat.trajectory import SECOND
 from shared import bus, topics
 from shared.bus import BusOptions
 from shared.messages import IDLE, RUNNING, NodeChain, TaskState
 from shared.recording import Recording
 from shared.runtime.clock import SystemClock
-from shared.runtime.service import SECOND
 from tests.services.recorder.test_service import TEXT
 
 

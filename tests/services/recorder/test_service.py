@@ -14,6 +14,8 @@ import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
+from lariat.scenario import parse
+from lariat.trajectory import SECOND
 from services.recorder.options import RecorderOptions
 from services.recorder.service import RecorderService, build
 from shared import topics
@@ -30,8 +32,7 @@ from shared.messages import (
     TaskState,
 )
 from shared.recording import Recording
-from shared.runtime.service import SECOND, Inbox
-from shared.scenario import parse
+from shared.runtime.service import Inbox
 
 TEXT = """
 name = "three posts"

@@ -6,24 +6,24 @@ from collections.abc import Callable
 
 import numpy as np
 
+from lariat.arms.cr5_kinematics import Kinematics
 from lariat.geometry import poses
 from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import TABLE
 from lariat.geometry.poses import Pose
+from lariat.safety.constraints.motion_constraints import CellBoundaries
+from lariat.safety.guard.consent import SignOfLife
+from lariat.safety.guard.force_limit import ForceLimit
+from lariat.safety.guard.operator_commands import OperatorCommand
+from lariat.safety.motion.follower import SetpointFollower
 from lariat.trajectory import SetpointChunk
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.drivers.cr5.driver import Cr5Driver
 from services.robot_gateway.drivers.fixed import FixedDriver
-from services.robot_gateway.motion.follower import SetpointFollower
-from services.robot_gateway.safety.consent import SignOfLife
-from services.robot_gateway.safety.force_limit import ForceLimit
-from services.robot_gateway.safety.operator_commands import OperatorCommand
 from services.robot_gateway.status import CellStatus
 from services.robot_gateway.writer_control import WriterChunk
-from shared.constraints.motion_constraints import CellBoundaries
-from shared.cr5.kinematics import Kinematics
 from stack.simulation.emulated_arms import MemoryLink
 from tests.services.robot_gateway.cells import ALONG_X, BOOT, LIMITS, START, TICK, stopping
 

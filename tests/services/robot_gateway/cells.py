@@ -9,17 +9,17 @@ import numpy as np
 from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
+from lariat.safety.constraints.motion_constraints import CellBoundaries
+from lariat.safety.guard.operator_commands import OperatorCommand
+from lariat.safety.motion.follower import SetpointFollower
+from lariat.safety.motion.validation import ChunkTolerances
+from lariat.scenario.sections import Limits
 from lariat.trajectory import MotionState, SetpointChunk
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.drivers.fixed import FixedDriver
 from services.robot_gateway.drivers.ideal import IdealDriver
-from services.robot_gateway.motion.follower import SetpointFollower
-from services.robot_gateway.motion.validation import ChunkTolerances
-from services.robot_gateway.safety.operator_commands import OperatorCommand
 from services.robot_gateway.status import CellStatus
 from services.robot_gateway.writer_control import WriterChunk
-from shared.constraints.motion_constraints import CellBoundaries
-from shared.scenario.sections import Limits
 
 TICK = 8_000_000
 START = 1_000_000_000

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import TABLE, Obstacle, signed_distance
+from lariat.safety.constraints.shortest_path import shortest_path_length
 from lariat.trajectory import MotionState
-from shared.constraints.shortest_path import shortest_path_length
 from tests.services.robot_gateway.cells import LIMITS, TICK, World, stopping
 
 LENGTH = 0.5

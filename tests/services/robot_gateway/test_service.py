@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from services.robot_gateway.safety.scene_guard import SceneGuard
+from lariat.safety.guard.scene_guard import SceneGuard
+from lariat.scenario import SIDES, load
+from lariat.trajectory import SECOND
 from services.robot_gateway.service import REACTION_TIME, RobotGatewayService, build
 from shared import topics
 from shared.messages import (
@@ -19,8 +21,7 @@ from shared.messages import (
     SceneMotion,
     Setpoints,
 )
-from shared.runtime.service import SECOND, Inbox, Received
-from shared.scenario import SIDES, load
+from shared.runtime.service import Inbox, Received
 from shared.topics import Topic
 
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")

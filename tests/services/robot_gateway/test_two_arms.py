@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lariat.safety.constraints.sphere_distance import Spheres, sphere_distances
+from lariat.safety.guard.operator_commands import OperatorCommand
+from lariat.scenario import SIDES, load
 from lariat.trajectory import SetpointChunk
-from services.robot_gateway.safety.operator_commands import OperatorCommand
 from services.robot_gateway.service import build
 from services.robot_gateway.status import CellStatus
 from services.robot_gateway.writer_control import WriterChunk
-from shared.constraints.sphere_distance import Spheres, sphere_distances
-from shared.scenario import SIDES, load
 from stack.simulation.emulated_arms import emulated_links
 from tests.services.robot_gateway.cells import ALONG_X, START, TICK, smooth_step, stopping
 

@@ -6,15 +6,16 @@ import pytest
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
-from services.perception.rgbd.decoding import decode_frame
-from services.sim.plants.end_motion import EndMotion
-from services.sim.plants.factory import true_properties
+from lariat.perception.rgbd.decoding import decode_frame
+from lariat.scenario.cameras import DEFAULT_CAMERA
+from lariat.simulation.plants.end_motion import EndMotion
+from lariat.simulation.plants.factory import true_properties
+from lariat.simulation.world import World
+from lariat.trajectory import SECOND
 from services.sim.service import SimService
-from services.sim.world import World
 from shared import topics
 from shared.messages import chain, stamp_of
-from shared.runtime.service import SECOND, Inbox, Received
-from shared.scenario.cameras import DEFAULT_CAMERA
+from shared.runtime.service import Inbox, Received
 from tests.services.perception.cell import Cell, ScriptedArms, scenario
 
 COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)

@@ -3,12 +3,12 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 
+from lariat.configuration import ConfigurationError
 from lariat.machine_code.kernel_key import NoCompilerError
+from lariat.scenario import Scenario
 from shared import topics
-from shared.configuration import ConfigurationError
 from shared.messages import TaskState
 from shared.runtime.service import Inbox, Publication
-from shared.scenario import Scenario
 from tests.shared.beacon.options import BeaconOptions
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lariat.arms.installation import kinematics_of
 from lariat.geometry.obstacles import signed_distance
-from shared.arms.installation import kinematics_of
+from lariat.scenario import Scenario, load
+from lariat.scenario.shipped import find
 from shared.film.arm_bodies import arm_bodies
-from shared.scenario import Scenario, load
-from shared.scenario.shipped import find
 from stack.scenario_overrides import load_with
 from tests.robots import PANDA, UR5, Robot
 

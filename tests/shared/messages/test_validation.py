@@ -46,7 +46,7 @@ from shared.messages import (
 from shared.messages.validation import decode
 from shared.recording import Recording
 from shared.topics import Topic
-from tests.shared.files.test_image_header import png_header
+from tests.lariat.files.test_image_header import png_header
 
 LINE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0]
 ZERO_TURN = Grip(position=[0.0] * 3, orientation=[0.0] * 4)

@@ -24,13 +24,13 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader, breakup_chunk
 
 from cli.repair import repair
+from lariat.scenario import parse
+from lariat.trajectory import SECOND
+from lariat.version import MESSAGE_VERSION, RECORDING_VERSION
 from shared import topics
 from shared.messages import NodeChain, timestamp
 from shared.recording import Recording, Writer, chunks, reader
 from shared.recording.layout import ROBOT_DESCRIPTION_TOPIC
-from shared.runtime.service import SECOND
-from shared.scenario import parse
-from shared.version import MESSAGE_VERSION, RECORDING_VERSION
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 OLD_RECORDING = Path(__file__).parents[2] / "replay" / "three-cylinders.mcap"
@@ -147,7 +147,7 @@ def test_a_killed_writer_loses_at_most_a_second(tmp_path: Path, scenario):
 import time
 from pathlib import Path
 from shared.recording import Writer
-from shared.scenario import load
+from lariat.scenario import load
 from tests.shared.recording.test_recording import write
 writer = Writer(Path({str(path)!r}), load({str(tmp_path / "s.toml")!r}), 1_000_000_000)
 write(writer, 300)

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 
+from lariat.scenario.shipped import shipped_names
 from shared import topics
 from shared.bus import Bus
 from shared.messages import Health, TaskRequest
 from shared.runtime import live
 from shared.runtime.clock import SystemClock
 from shared.runtime.service import Inbox, Publication
-from shared.scenario.shipped import shipped_names
 from tests.shared.cell import Cell, until
 
 MODULE = "tests.shared.beacon"

@@ -12,6 +12,9 @@ from typing import Any
 
 import pytest
 
+from lariat.scenario import Scenario, Shape
+from lariat.trajectory import SECOND
+from lariat.version import version
 from shared import topics
 from shared.messages import (
     ArmCommand,
@@ -24,10 +27,7 @@ from shared.messages import (
     TaskState,
     grip,
 )
-from shared.runtime.service import SECOND
-from shared.scenario import Scenario, Shape
 from shared.topics import Topic
-from shared.version import version
 from stack import services
 from stack.client import RequestFailed
 from stack.commissioning import checks

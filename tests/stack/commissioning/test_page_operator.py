@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from lariat.scenario import find, load
 from shared import topics
 from shared.messages import ArmStates, CommissioningAnswer, CommissioningState
-from shared.scenario import find, load
 from stack.client import Client
 from stack.commissioning import page_operator
 from stack.commissioning.checklist import STEPS

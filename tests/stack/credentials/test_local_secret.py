@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from lariat.configuration import ConfigurationError
 from shared import bus as buses
 from shared import topics
 from shared.bus import BusOptions, Unreachable
-from shared.configuration import ConfigurationError
 from shared.messages import TaskRequest
 from stack import client
 from stack.credentials.local_secret import find_local_secret, local_secret

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
+from lariat.scenario import load
 from shared import topics
 from shared.messages import ProcessState, StackRequest, StackState, TaskRequest
-from shared.scenario import load
 from tests.shared.cell import Cell, until
 
 RUNNING_TEXT = load("three-cylinders").text.partition("\n")[2]

@@ -12,11 +12,12 @@ from pathlib import Path
 
 import pytest
 
+from lariat.scenario import parse
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import NodeChain, Plan, TaskRequest, TaskState, Trace, timestamp
 from shared.recording import Entry, Recording, Writer
-from shared.runtime.service import SECOND, Inbox, Publication
-from shared.scenario import parse
+from shared.runtime.service import Inbox, Publication
 from stack.replay.recorded_service import RecordedService
 from stack.replay.trace_replay import ReplayResult, replay_start
 from stack.simulation.simulated_time import START, Delivery, SimulatedStack

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from shared.runtime.service import SECOND
-from shared.scenario import load
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from stack.simulation.emulated_arms import MemoryLink, emulated_links
 
 

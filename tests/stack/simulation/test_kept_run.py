@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from services.recorder.runs.run_folder import RunFolder
 from shared import topics
 from shared.messages import REACHED, RUNNING, Message, RunResult, TaskState
-from shared.runtime.service import SECOND
-from shared.scenario import load
 from shared.topics import Topic
 from stack.simulation.kept_run import KeptRun
 from stack.simulation.simulated_time import START, Delivery

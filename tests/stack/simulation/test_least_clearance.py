@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
-from shared.runtime.service import SECOND
+from lariat.trajectory import SECOND
 from stack.simulation.least_clearance import GATHERED, LeastClearance
 
 RADIUS = 0.004

@@ -5,8 +5,8 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
+from lariat.trajectory import SECOND
 from shared.recording import Recording
-from shared.runtime.service import SECOND
 from stack.simulation import closed_loop
 from tests.stack import small_cell
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from lariat.control.run.goals import GoalFactory
 from lariat.rod import Rod
-from services.controller.run.goals import GoalFactory
-from shared.scenario import load
-from shared.scenario.rod_properties import rod_properties
+from lariat.scenario import load
+from lariat.scenario.rod_properties import rod_properties
 from stack.scenario_overrides import load_with
 from stack.simulation.rest_shape import goal_grips, rest_shape
 

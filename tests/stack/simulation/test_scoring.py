@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from jaxtyping import Float64
 
+from lariat.scenario import load
+from lariat.scenario.distractors import Distractor
+from lariat.scenario.sections import Obstacle
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import RUNNING, Goal, NodeChain, TaskState
-from shared.runtime.service import SECOND
-from shared.scenario import load
-from shared.scenario.distractors import Distractor
-from shared.scenario.sections import Obstacle
 from stack.simulation.scoring import Scorer
 from stack.simulation.simulated_time import Delivery
 

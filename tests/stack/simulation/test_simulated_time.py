@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import NodeChain, Plan, TaskState, Trace
-from shared.runtime.service import SECOND, Inbox, Publication
+from shared.runtime.service import Inbox, Publication
 from stack.simulation.simulated_time import START, Delivery, SimulatedStack
 
 

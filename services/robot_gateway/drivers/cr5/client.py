@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from lariat.trajectory import SECOND
 from services.robot_gateway.drivers.cr5.command_sequence import (
     CommandSequence,
     Request,
@@ -39,7 +40,6 @@ from services.robot_gateway.drivers.cr5.power_sequences import (
 from services.robot_gateway.drivers.cr5.replies import Reply, ReplyReader, integers
 from shared.cr5.alarms import FOLLOWING_MODES, MODE_TEXTS, alarm_text
 from shared.cr5.packet import PacketReader, is_plausible
-from shared.runtime.service import SECOND
 
 REPLY_TIMEOUT = 2.0
 """Time limit of a reply, after which the connection is opened anew [s]."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 
+from lariat.trajectory import SECOND
 from services.robot_gateway.drivers.cr5.replies import Reply
-from shared.runtime.service import SECOND
 
 
 @dataclass(frozen=True)

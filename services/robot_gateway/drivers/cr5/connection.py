@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from lariat.trajectory import SECOND
 from services.robot_gateway.drivers.cr5.link import ByteStream, Link
-from shared.runtime.service import SECOND
 
 COMMAND_PORT, MOTION_PORT, FEEDBACK_PORT = 29999, 30003, 30004
 """Ports of the arm: commands, motion (V3 only) and feedback at 125 Hz."""

@@ -11,8 +11,7 @@ import math
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.trajectory import NANOSECONDS
-from shared.runtime.service import SECOND
+from lariat.trajectory import NANOSECONDS, SECOND
 
 OFFSET_TIME = 0.4
 """Time over which the offset is averaged [s]."""

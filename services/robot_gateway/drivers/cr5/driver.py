@@ -11,17 +11,17 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.arms.cr5_kinematics import Kinematics
 from lariat.geometry.poses import Pose
+from lariat.safety.constraints.joints import JointConstraints
 from services.robot_gateway.drivers.cr5.client import Cr5Client
 from services.robot_gateway.drivers.cr5.contact_force import ContactForce
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.cr5.link_quality import LinkQuality
 from services.robot_gateway.drivers.cr5.power_sequences import EnableSettings
 from services.robot_gateway.drivers.driver import ArmFeedback
-from shared.constraints.joints import JointConstraints
 from shared.cr5 import pose_vectors
 from shared.cr5.alarms import FOLLOWING_MODES
-from shared.cr5.kinematics import Kinematics
 
 SERVO_POINT_INTERVAL = 28_000_000
 """Least time between servo points [ns]: with ticks of 8 ms they come every 32 ms, just above the

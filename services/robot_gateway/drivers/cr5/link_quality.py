@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from shared.runtime.service import SECOND
+from lariat.trajectory import SECOND
 
 RATE_WINDOW = SECOND
 """Time over which rate and gaps are measured [ns]."""

@@ -10,9 +10,9 @@ import socket
 import struct
 import time
 
+from lariat.configuration import ConfigurationError
 from services.robot_gateway.drivers.cr5.link import ByteStream, StreamState
 from services.robot_gateway.stop_guard.stop_guard import StopGuard
-from shared.configuration import ConfigurationError
 
 SEND_DEADLINE = 50_000_000
 """Age of a step above which nothing is sent any more [ns]."""

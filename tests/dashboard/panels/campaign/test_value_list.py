@@ -6,8 +6,8 @@ import pytest
 
 from dashboard.panels.campaign.value_list import plain_value, values_of
 from dashboard.panels.scenario.setting_fields import SettingField, sections
-from shared.configuration import ConfigurationError
-from shared.scenario import load
+from lariat.configuration import ConfigurationError
+from lariat.scenario import load
 
 FIELDS: dict[str, SettingField] = {
     field.key: field for section in sections(load("three-cylinders")).values() for field in section

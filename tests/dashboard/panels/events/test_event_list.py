@@ -7,9 +7,9 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from dashboard.panels.events.advice import ACKNOWLEDGE, ADVICE, APPROACH, advice
 from dashboard.panels.events.event_list import EventList, Level, list_html
-from shared.constraints.rule import Rule
+from lariat.safety.constraints.rule import Rule
+from lariat.trajectory import SECOND
 from shared.messages import FAILED, IDLE, RUNNING, ArmStates, TaskState, timestamp
-from shared.runtime.service import SECOND
 
 
 def log(text: str, level: int = Log.Level.INFO, name: str = "sim", second: int = 1) -> Log:

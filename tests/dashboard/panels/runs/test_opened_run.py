@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from dashboard.action_queue import ActionQueue
-from dashboard.door.private_viser import PrivateViser
 from dashboard.outbox import Outbox
 from dashboard.panels.runs.opened_run import OpenedRun, marks_html
+from dashboard.web.private_viser import PrivateViser
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import RunListRequest, RunMark, RunMotion, RunPicture
-from shared.runtime.service import SECOND
-from shared.scenario import load
 
 TIMES = [0.0, 0.5, 1.0]
 SHAPES = np.arange(3.0)[:, None, None] + np.linspace(0.0, 0.1, 4)[None, :, None] * np.ones(3)

@@ -3,8 +3,8 @@ from __future__ import annotations
 import math
 
 from dashboard.panels.runs.run_table import csv_text, detail_html, label, matching, table_html
+from lariat.trajectory import SECOND
 from shared.messages import RunSummary
-from shared.runtime.service import SECOND
 
 RUN = RunSummary(
     id="a",

@@ -10,9 +10,9 @@ import pytest
 from dashboard.panels.scenario.present_scene import goal_settings, obstacle_settings
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
+from lariat.scenario import SIDES, Scenario, find, load
+from lariat.scenario.shipped import shipped_names
 from shared.messages import Goal, grip, grip_pose
-from shared.scenario import SIDES, Scenario, find, load
-from shared.scenario.shipped import shipped_names
 from stack.scenario_overrides import load_with
 
 

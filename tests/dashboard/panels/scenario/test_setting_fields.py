@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from dashboard.panels.scenario.setting_fields import SettingField, sections
-from shared.configuration import ConfigurationError
-from shared.scenario import find, load
-from shared.scenario.sections import Control
-from shared.scenario.shipped import shipped_names
+from lariat.configuration import ConfigurationError
+from lariat.scenario import find, load
+from lariat.scenario.sections import Control
+from lariat.scenario.shipped import shipped_names
 from stack.scenario_overrides import load_with
 
 

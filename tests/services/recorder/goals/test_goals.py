@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from lariat.geometry.poses import Pose
+from lariat.scenario import Shape, load
+from lariat.scenario.goal_table import read_entry
+from lariat.trajectory import SECOND
 from services.recorder.goals.goal_folder import MAX_GOALS
 from services.recorder.goals.goals import Goals
 from shared.messages import Goal, GoalList, GoalListRequest, grip
-from shared.runtime.service import SECOND
-from shared.scenario import Shape, load
-from shared.scenario.goal_table import read_entry
 
 SCENARIO = load("three-cylinders")
 NODES = np.linspace([0.0, 0.0, 0.1], [0.45, 0.0, 0.123456], 40)

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from services.recorder.runs.runs import Runs
 from shared.messages import (
     IDLE,
@@ -20,8 +22,6 @@ from shared.messages import (
     RunResult,
     TaskState,
 )
-from shared.runtime.service import SECOND
-from shared.scenario import load
 
 SCENARIO = load(Path(__file__).parents[4] / "scenarios" / "three-cylinders.toml")
 START = 1_790_000_000 * SECOND

@@ -10,12 +10,12 @@ from pathlib import Path
 import cv2
 import pytest
 
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from services.recorder.runs.run_folder import RunRefused
 from services.recorder.runs.runs import Runs
 from services.recorder.runs.video_process import PUBLISH_PERIOD, VideoProcess
 from shared.messages import RunListRequest, RunSummary, RunVideo
-from shared.runtime.service import SECOND
-from shared.scenario import load
 
 RECORDING = Path(__file__).parents[3] / "replay" / "three-cylinders.mcap"
 SMALL = ("--settings.size", "160", "96", "--settings.rate", "2")

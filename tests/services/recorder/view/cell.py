@@ -8,10 +8,13 @@ import numpy as np
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
+from lariat.arms.cr5_installation import scenario_joints
 from lariat.geometry.poses import Pose
+from lariat.scenario import SIDES, Scenario, parse
+from lariat.scenario.cameras import DEFAULT_CAMERA
+from lariat.trajectory import SECOND
 from services.recorder.view.cell_view import CellView
 from shared import topics
-from shared.cr5.installation import scenario_joints
 from shared.messages import (
     ArmState,
     ArmStates,
@@ -25,9 +28,6 @@ from shared.messages import (
     timestamp,
 )
 from shared.messages import Path as PathMessage
-from shared.runtime.service import SECOND
-from shared.scenario import SIDES, Scenario, parse
-from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.topics import Topic
 
 TEXT = """

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import Obstacle, signed_distance
+from lariat.scenario.cameras import DEFAULT_CAMERA
 from services.recorder.view import colors
 from services.recorder.view.cell_view import CURVE_PERIOD, REFRESH_PERIOD
 from services.recorder.view.surfaces import surface_points
 from shared import topics
 from shared.cell_description import WORLD_FRAME
 from shared.messages import NodeChain
-from shared.scenario.cameras import DEFAULT_CAMERA
 from tests.services.recorder.view import cell
 
 POINT = np.dtype([("position", "<f4", 3), ("color", "u1", 4)])

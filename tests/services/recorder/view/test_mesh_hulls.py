@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
+from lariat.arms.kinematics import load_arm
+from lariat.scenario import find, load
 from services.recorder.view.cell_view import CellView
 from services.recorder.view.mesh_hulls import GRID, mesh_hulls
-from shared.arms.kinematics import load_arm
-from shared.scenario import find, load
 from stack.scenario_overrides import load_with
 from tests.robots import PANDA, UR5, Robot
 

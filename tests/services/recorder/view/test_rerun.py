@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from rerun.chunk import McapReader
 
+from lariat.scenario.cameras import DEFAULT_CAMERA
 from shared.recording import Writer
-from shared.scenario.cameras import DEFAULT_CAMERA
 from tests.services.recorder.view import cell
 
 CURVES = ("rope", "truth", "goal", "prediction", "path")

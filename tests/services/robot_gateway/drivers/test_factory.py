@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario, load
 from services.robot_gateway.drivers.cr5.tcp_link import TcpLink
 from services.robot_gateway.drivers.factory import drivers_of
-from shared.configuration import ConfigurationError
-from shared.scenario import Scenario, load
 from stack.simulation.emulated_arms import emulated_links
 
 FIRST_STEP = 1_000_000_000

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lariat.arms.kinematics import UrdfKinematics
 from lariat.geometry.poses import Pose
 from lariat.protocols import ArmFacts, ArmReading, ArmSetup
+from lariat.scenario.extensions import Extension
+from lariat.scenario.sections import DRIVERS
 from services.robot_gateway.drivers.driver import ArmFeedback
 from services.robot_gateway.drivers.joint_arm import JointArmDriver
-from shared.arms.kinematics import UrdfKinematics
-from shared.extensions import Extension
-from shared.scenario.sections import DRIVERS
 from tests.own_method_examples import write_examples
 from tests.robots import UR5
 

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from lariat.configuration import ConfigurationError
 from services.robot_gateway.drivers.cr5.link import ByteStream
 from services.robot_gateway.drivers.cr5.tcp_link import TcpLink
-from shared.configuration import ConfigurationError
 
 
 @pytest.fixture

@@ -1,0 +1,187 @@
+"""Joints and bodies of a robot, read from its URDF."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from lariat.files.bounded_file import read_file
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+
+MAX_URDF_SIZE = 2**22
+"""Largest URDF that is read [bytes]."""
+ANGULAR_JOINTS = ("revolute", "continuous")
+"""Types of the joints that turn."""
+MOVING_JOINTS = (*ANGULAR_JOINTS, "prismatic")
+"""Types of the joints that have one value."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Joint between two links."""
+
+    name: str
+    """Name of the joint."""
+    type: str
+    """Type, as in the URDF: revolute, continuous, prismatic, fixed, …"""
+    parent: str
+    """Name of the link that carries it."""
+    child: str
+    """Name of the link that it moves."""
+    T_parent_joint: Pose
+    """Pose in the parent link at the value 0."""
+    axis: tuple[float, float, float]
+    """Axis in the joint's frame, of unit length."""
+
+    def T_parent_child(self, value: float) -> Pose:
+        """Return the pose of the child link in the parent link.
+
+        Args:
+            value: Value of the joint [rad or m]; of no effect on a joint that does not move.
+        """
+        axis = value * np.array(self.axis)
+        if self.type in ANGULAR_JOINTS:
+            return self.T_parent_joint @ Pose(np.zeros(3), poses.exponential(axis))
+        if self.type == "prismatic":
+            return self.T_parent_joint @ Pose(axis, poses.IDENTITY)
+        return self.T_parent_joint
+
+
+@dataclass(frozen=True)
+class Body:
+    """Primitive body of a link."""
+
+    link: str
+    """Name of the link."""
+    T_link_body: Pose
+    """Pose of its centre in the link; a cylinder's axis is z."""
+    shape: str
+    """box, cylinder or sphere."""
+    size: tuple[float, ...]
+    """Edge lengths of a box; radius and length of a cylinder; radius of a sphere [m]."""
+
+
+class Urdf:
+    """Robot of a URDF."""
+
+    def __init__(self, path: Path) -> None:
+        """Read a file.
+
+        Raises:
+            OSError: It cannot be read.
+            ValueError: It is not a URDF.
+        """
+        try:
+            self.tree = ElementTree.fromstring(read_file(path, MAX_URDF_SIZE))
+        except ElementTree.ParseError as error:
+            raise ValueError(f"{path} is not a URDF: {error}") from error
+        """Root element of the file."""
+        self.joints = tuple(_joint(element) for element in self.tree.iterfind("joint"))
+        """Joints in the order of the file."""
+
+    @cached_property
+    def root(self) -> str:
+        """Name of the link that no joint moves."""
+        children = {joint.child for joint in self.joints}
+        return next(
+            e.attrib["name"] for e in self.tree.iterfind("link") if e.get("name") not in children
+        )
+
+    @cached_property
+    def moving(self) -> tuple[Joint, ...]:
+        """Joints that have a value, in the order of the file."""
+        return tuple(joint for joint in self.joints if joint.type in MOVING_JOINTS)
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """Primitives of the links' visual geometry, or of the collision geometry of a link without.
+
+        Meshes are left out.
+        """
+        return tuple(body for link in self.tree.iterfind("link") for body in _bodies(link))
+
+    def chain(self, link: str) -> tuple[Joint, ...]:
+        """Return the joints that have a value between the root and a link, in that order.
+
+        Raises:
+            ValueError: There is no such link.
+        """
+        above = {joint.child: joint for joint in self.joints}
+        if link != self.root and link not in above:
+            raise ValueError(f"the URDF has no link {link!r}")
+        found: list[Joint] = []
+        while link in above:
+            joint = above[link]
+            found.insert(0, joint)
+            link = joint.parent
+        return tuple(joint for joint in found if joint.type in MOVING_JOINTS)
+
+    def link_poses(
+        self, joints: Sequence[Joint], values: Sequence[float]
+    ) -> Iterator[tuple[str, str, Pose]]:
+        """Yield, for each joint, parent link, child link and pose of the child in the parent.
+
+        Args:
+            joints: Joints whose values are known; all others are drawn at 0.
+            values: Their values [rad or m].
+        """
+        given = dict(zip((joint.name for joint in joints), values, strict=True))
+        for joint in self.joints:
+            yield joint.parent, joint.child, joint.T_parent_child(given.get(joint.name, 0.0))
+
+
+def _joint(element: ElementTree.Element) -> Joint:
+    axis = _numbers(element.find("axis"), "xyz", "1 0 0")
+    x, y, z = (axis / np.linalg.norm(axis)).tolist()
+    return Joint(
+        element.attrib["name"],
+        element.attrib["type"],
+        _named(element, "parent"),
+        _named(element, "child"),
+        _origin(element.find("origin")),
+        (x, y, z),
+    )
+
+
+def _named(element: ElementTree.Element, tag: str) -> str:
+    found = element.find(tag)
+    if found is None:
+        raise ValueError(f"joint {element.get('name')!r} has no {tag}")
+    return found.attrib["link"]
+
+
+def _bodies(link: ElementTree.Element) -> Iterator[Body]:
+    for element in link.findall("visual") or link.findall("collision"):
+        for shape in element.iterfind("geometry/*"):
+            match shape.tag:
+                case "box":
+                    size = _numbers(shape, "size", "")
+                case "cylinder":
+                    size = np.array([float(shape.attrib["radius"]), float(shape.attrib["length"])])
+                case "sphere":
+                    size = np.array([float(shape.attrib["radius"])])
+                case _:
+                    continue
+            pose = _origin(element.find("origin"))
+            yield Body(link.attrib["name"], pose, shape.tag, tuple(size.tolist()))
+
+
+def _origin(element: ElementTree.Element | None) -> Pose:
+    roll, pitch, yaw = (
+        poses.exponential(angle * axis)
+        for angle, axis in zip(_numbers(element, "rpy", "0 0 0"), np.eye(3), strict=True)
+    )
+    # Rotations about the fixed axes x, y, z, in this order.
+    orientation = poses.multiply(yaw, poses.multiply(pitch, roll))
+    return Pose(_numbers(element, "xyz", "0 0 0"), orientation)
+
+
+def _numbers(element: ElementTree.Element | None, key: str, default: str) -> np.ndarray:
+    text = default if element is None else element.get(key, default)
+    return np.array([float(word) for word in text.split()])

@@ -1,0 +1,188 @@
+"""Strict conversion of TOML tables to frozen dataclasses.
+
+Every error names the key, the value and the way out. The bounds of a number are part of its
+annotation: `length: Annotated[float, Bounds(0.01, 100.0, "m")]`.
+"""
+
+from __future__ import annotations
+
+import tomllib
+import types
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from importlib.metadata import entry_points
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from lariat.suggestion import did_you_mean
+
+T = TypeVar("T")
+
+MAX_NUMBER = 1e15
+"""Largest magnitude of a number; below it, integers are exact as floats."""
+
+
+class ConfigurationError(ValueError):
+    """Input of a user is wrong; the text is one line that says what and how to mend it."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Bounds of a number, both included."""
+
+    low: float
+    """Least allowed value."""
+    high: float
+    """Largest allowed value."""
+    unit: str = ""
+    """Unit of the number, for messages and documentation."""
+
+
+@dataclass(frozen=True)
+class Extensible:
+    """Names of a choice to which other packages may add: `Annotated[str, Extensible(…)]`."""
+
+    included: tuple[str, ...]
+    """Names of Lariat's own."""
+    group: str
+    """Group of entry points in which packages name theirs."""
+
+    def check(self, name: str, key: str) -> None:
+        """Check a name without importing anything.
+
+        Raises:
+            ConfigurationError: It is neither a known name nor of the form `package.module:Class`.
+        """
+        known = [*self.included, *(point.name for point in entry_points(group=self.group))]
+        module, colon, attribute = name.partition(":")
+        parts = [*module.split("."), attribute] if colon else []
+        if name in known or (colon and all(part.isidentifier() for part in parts)):
+            return
+        way_out = did_you_mean(name, known) or " or give 'package.module:Class'"
+        options = ", ".join(repr(each) for each in known)
+        raise ConfigurationError(f"{key} = {name!r} is not one of {options};{way_out}")
+
+
+def read(kind: type[T], table: Mapping[str, Any], path: str = "") -> T:
+    """Return an instance of a dataclass with the values of a TOML table.
+
+    Args:
+        kind: The dataclass; fields may be numbers, texts, literals, tuples, dataclasses and
+            tables of dataclasses by name.
+        table: The table.
+        path: Dotted key of the table itself, for messages.
+
+    Raises:
+        ConfigurationError: A key is unknown or missing, or a value has the wrong type or is out of
+            bounds.
+    """
+    hints = get_type_hints(kind, include_extras=True)
+    known = {f.name: f for f in fields(kind)}  # pyright: ignore[reportArgumentType]
+    for key in table:
+        if key not in known:
+            raise ConfigurationError(_unknown(key, list(known), path))
+    values = {}
+    for name, item in known.items():
+        key = f"{path}.{name}" if path else name
+        if name in table:
+            values[name] = _value(hints[name], table[name], key)
+        elif item.default is MISSING and item.default_factory is MISSING:
+            raise ConfigurationError(f"{key} is missing; it has no default")
+    try:
+        return kind(**values)
+    except ConfigurationError:
+        raise
+    except ValueError as error:
+        raise ConfigurationError(f"[{path}] {error}" if path else str(error)) from error
+
+
+def read_value(hint: Any, value: Any, key: str) -> Any:
+    """Return one value of a TOML table as a field of a dataclass holds it.
+
+    Args:
+        hint: Annotation of the field, with its bounds.
+        value: The value.
+        key: Dotted key, for messages.
+
+    Raises:
+        ConfigurationError: The value has the wrong type or is out of bounds.
+    """
+    return _value(hint, value, key)
+
+
+def parse_value(text: str) -> Any:
+    """Return the value of a TOML text; a text that is not TOML stands for itself."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return text
+
+
+def _unknown(key: str, known: list[str], path: str) -> str:
+    way_out = did_you_mean(key, known) or f" known keys: {', '.join(known)}"
+    return f"unknown key {key!r} in [{path or 'top level'}];{way_out}"
+
+
+def _value(hint: Any, value: Any, key: str) -> Any:
+    bounds = None
+    if get_origin(hint) is Annotated:
+        hint, bounds = get_args(hint)[:2]
+    origin = get_origin(hint)
+    if origin in (Union, types.UnionType):
+        (hint,) = [a for a in get_args(hint) if a is not type(None)]
+        return _value(Annotated[hint, bounds] if bounds else hint, value, key)
+    if isinstance(bounds, Extensible):
+        name = _scalar(str, None, value, key)
+        bounds.check(name, key)
+        return name
+    if is_dataclass(hint):
+        if not isinstance(value, Mapping):
+            raise ConfigurationError(f"{key} must be a table, got {value!r}; write [{key}]")
+        return read(hint, value, key)  # pyright: ignore[reportArgumentType]
+    if origin is Literal:
+        if value not in get_args(hint):
+            options = ", ".join(repr(a) for a in get_args(hint))
+            meant = did_you_mean(str(value), [str(a) for a in get_args(hint)])
+            way_out = f";{meant}" if meant else ""
+            raise ConfigurationError(f"{key} = {value!r} is not one of {options}{way_out}")
+        return value
+    if origin is dict:
+        return _table(get_args(hint)[1], value, key)
+    if origin is tuple:
+        return _tuple(get_args(hint), bounds, value, key)
+    return _scalar(hint, bounds, value, key)
+
+
+def _table(hint: Any, value: Any, key: str) -> dict[str, Any]:
+    if not isinstance(value, Mapping):
+        raise ConfigurationError(f"{key} must hold tables, got {value!r}; write [{key}.NAME]")
+    return {name: _value(hint, item, f"{key}.{name}") for name, item in value.items()}
+
+
+def _tuple(items: tuple[Any, ...], bounds: Bounds | None, value: Any, key: str) -> Any:
+    if not isinstance(value, list):
+        raise ConfigurationError(f"{key} must be a list, got {value!r}")
+    if len(items) == 2 and items[1] is Ellipsis:
+        items = (items[0],) * len(value)
+    if len(items) != len(value):
+        raise ConfigurationError(f"{key} takes {len(items)} values, got {len(value)}: {value!r}")
+    hints = [Annotated[i, bounds] if bounds else i for i in items]
+    return tuple(
+        _value(h, v, f"{key}[{k}]") for k, (h, v) in enumerate(zip(hints, value, strict=True))
+    )
+
+
+def _scalar(hint: Any, bounds: Bounds | None, value: Any, key: str) -> Any:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if number and not abs(value) <= MAX_NUMBER:
+        raise ConfigurationError(f"{key} = {value} must be finite, and within ±{MAX_NUMBER:g}")
+    if hint is float and number:
+        value = float(value)
+    if not isinstance(value, hint) or (hint is int and isinstance(value, bool)):
+        raise ConfigurationError(f"{key} = {value!r} must be a {hint.__name__}")
+    if bounds and not bounds.low <= value <= bounds.high:
+        unit = f" {bounds.unit}" if bounds.unit else ""
+        raise ConfigurationError(
+            f"{key} = {value}{unit} is out of bounds; "
+            f"give a value between {bounds.low:g} and {bounds.high:g}{unit}"
+        )
+    return value

@@ -1,0 +1,186 @@
+"""Control loop: hold, come to rest, take a path, or follow it by one more horizon."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lariat.control.estimation.rope_tracker import RopeTracker
+from lariat.control.extensions.method_faults import MethodFaults
+from lariat.control.model_factory import expected_lag, receding_horizon_controller
+from lariat.control.mpc.collision_scene import CollisionScene
+from lariat.control.mpc.receding_horizon import Command
+from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
+from lariat.control.run.arm_condition import ArmCondition
+from lariat.control.run.reasons import Reason, ReasonCode
+from lariat.control.run.task import Task
+from lariat.control.supervision.clearance_guard import ClearanceGuard
+from lariat.control.supervision.hold_conditions import hold_reason, unfollowed_reason
+from lariat.control.supervision.path_choice import PathChoice, PathOffer
+from lariat.control.supervision.path_watch import PathWatch
+from lariat.control.supervision.progress import ProgressMonitor
+from lariat.control.supervision.replanning import Replanning
+from lariat.control.supervision.run_judge import RunJudge
+from lariat.safety.motion_contract import SETPOINT_PERIOD
+from lariat.scenario import Scenario
+from lariat.trajectory import SetpointChunk
+
+
+class ControlLoop:
+    """Control of one task's rope, from what is known of it to setpoints for the arms."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        task: Task,
+        rope: RopeTracker,
+        scene: CollisionScene,
+        progress: ProgressMonitor,
+        replanning: Replanning,
+        faults: MethodFaults,
+    ) -> None:
+        """Create the loop, which follows nothing yet.
+
+        Args:
+            scenario: Rope, limits and control settings.
+            task: Task whose goal is approached.
+            rope: Estimate of the rope.
+            scene: Obstacles.
+            progress: Measures of the run.
+            replanning: Requests for other paths.
+            faults: Faults of a controller from outside.
+        """
+        self._task, self._rope, self._scene = task, rope, scene
+        self._progress, self._replanning, self._faults = progress, replanning, faults
+        self._planned = scenario.control.planner
+        self.controller = receding_horizon_controller(
+            scenario.control,
+            scenario.limits,
+            scenario.moves,
+            rope.estimator,
+            expected_lag(scenario),
+        )
+        self._paths = PathChoice(
+            task,
+            rope.adaptation,
+            replanning,
+            scenario.rope.node_count,
+            obstacles_move=bool(scenario.obstacle_motions()),
+        )
+        guard = ClearanceGuard(scenario.rope.diameter / 2.0, scenario.control.clearance)
+        self._watch = PathWatch(
+            task, rope, scene, self.controller, progress, guard, replanning, self._paths
+        )
+        self._judge = RunJudge(task, progress, replanning, self._paths)
+
+    @property
+    def following(self) -> bool:
+        """Whether a path is being followed."""
+        return self.controller.reference is not None
+
+    @property
+    def resting(self) -> bool:
+        """Whether the commanded motion has come to rest."""
+        return self.controller.resting
+
+    def disengage(self) -> None:
+        """Drop what is followed; the gateway then decides where the arms stop."""
+        self.controller.disengage()
+
+    def review_scene(self) -> None:
+        """Request another path where the present one is not clear of a changed scene."""
+        self._watch.review_scene()
+
+    def step(
+        self, now: int, arms: ArmCondition, offer: PathOffer | None
+    ) -> Iterator[Command | SetpointChunk | Reason]:
+        """Yield setpoints or a reason to hold, then the command of a new horizon if there is one.
+
+        Args:
+            now: Present time [ns].
+            arms: Condition of the arms.
+            offer: Latest answer of the planner; None before the first one.
+        """
+        reason = self._hold_reason(now, arms)
+        if reason is not None:
+            self.controller.disengage()
+            self._judge.released()
+            yield reason
+            return
+        reason = self._waiting_reason(now, offer)
+        if reason is not None:
+            chunk = None if self.controller.resting else self.controller.brake(now)
+            if chunk is None:
+                self.controller.disengage()
+            yield reason if chunk is None else chunk
+            return
+        reference = self.controller.reference
+        assert reference is not None
+        command = None
+        with self._faults.blaming():
+            command = self._command(now, reference)
+        stops = command is None or self._watch.must_stop(command)
+        chunk = self.controller.brake(now) if stops else command.chunk
+        assert chunk is not None
+        # The arms wait for it, nobody for the horizon.
+        yield chunk
+        if command is not None:
+            yield command
+        if stops:
+            return
+        self._rope.predictions.take_plan(command.plan_start, command.plan_step, command.plan.nodes)
+        self._judge.judge(now, reference, at_end=self.controller.at_end)
+
+    def _command(self, now: int, reference: ReferenceTrajectory) -> Command:
+        """Command of the next horizon along a path."""
+        goal = self._task.goal
+        self.controller.oriented = goal.left_oriented, goal.right_oriented
+        self.controller.counted = goal.counted if goal.ends_only else None
+        avoidance = self._scene.avoidance(self._task, self._progress.error)
+        # Path and free rest of a part's goal are planned with what has been learnt since.
+        wanted = goal.completed(reference.nodes[-1])
+        return self.controller.step(now, wanted, avoidance)
+
+    def _hold_reason(self, now: int, arms: ArmCondition) -> Reason | None:
+        """Reason to publish nothing but a hold; None when the arms can be controlled."""
+        rope = self._rope
+        reason = hold_reason(
+            self._task, now, arms, rope.last_seen, following=self.following, doubt=rope.doubt
+        )
+        return reason or unfollowed_reason(
+            self._task,
+            self._replanning,
+            arms,
+            self.controller.tracking_error(),
+            following=self.following,
+            deviation=rope.predictions.max_deviation,
+        )
+
+    def _waiting_reason(self, now: int, offer: PathOffer | None) -> Reason | None:
+        """Reason why there is nothing to follow, after taking a new path; None when there is."""
+        if self._paths.follows_latest and self.following:
+            return None
+        if not self.controller.resting:
+            return Reason(ReasonCode.COMING_TO_REST)
+        rope = self._rope.estimator
+        if not self._planned:
+            dt = SETPOINT_PERIOD * 1e-9
+            self._follow(ReferenceTrajectory.standing(rope.motion, rope.nodes, dt), None, now)
+            return None
+        reason = self._paths.review(offer, now)
+        if offer is None or reason is not None:
+            return reason
+        reference = offer.trajectory()
+        reason = self._paths.review_start(offer, reference, rope.motion, now)
+        if reason is None:
+            self._follow(reference, offer, now)
+            self._judge.begin_path()
+            if offer.others_revision != self._scene.others_revision:
+                self._watch.review_scene()
+        return reason
+
+    def _follow(self, reference: ReferenceTrajectory, offer: PathOffer | None, now: int) -> None:
+        """Follow a path, and forget the predictions before it."""
+        self.controller.follow(reference, now)
+        self._paths.follow(offer)
+        self._rope.predictions.begin_path()
+        self._watch.begin_path()

@@ -1,0 +1,293 @@
+"""Goals of a scenario, of requests and of grips, and the checks that they pass before a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.control.run.node_drag_solver import Sculptor
+from lariat.control.run.task import Goal, RequestRefused
+from lariat.geometry import polylines
+from lariat.geometry.obstacles import Obstacle, chain_clearance, pack_supports
+from lariat.geometry.poses import Pose
+from lariat.rod import Rod, add_turns
+from lariat.rod.part_fit import fit_part, part_points
+from lariat.scenario import SIDES, Scenario, Shape
+from shared.messages.checks.task import MIN_PART_NODES
+
+MAX_LENGTH_ERROR = 0.03
+"""Largest deviation of a goal's length from the rope's, as a share of the rope's length [-]."""
+MAX_PART_ERROR = 0.01
+"""Largest mean distance of a part of the rope at rest from its wanted shape [m]."""
+MAX_SUPPORT_PENETRATION = 0.002
+"""Largest depth of a goal in a support [m]; a rope at rest presses into it a little."""
+
+
+@dataclass(frozen=True)
+class GoalRequest:
+    """Goal as a person gives it: nodes, or grips between which the rod comes to rest."""
+
+    nodes: Float64[np.ndarray, "n 3"] | None = None
+    """Nodes of the rope [m]; None for the rod at rest between the grips."""
+    grips: tuple[Pose, Pose] | None = None
+    """Left and right grip; None for those of the scenario's start."""
+    left_oriented: bool = False
+    """Whether the orientation of the left grip is part of a goal given by nodes."""
+    right_oriented: bool = False
+    """Whether the orientation of the right grip is part of a goal given by nodes."""
+    turns: float = 0.0
+    """Twist of the right end against the left one [turns]."""
+    pull: tuple[int, Float64[np.ndarray, "3"]] | None = None
+    """Node and place to which it is pulled [m]; None where the grips stay."""
+    part: tuple[float, float] | None = None
+    """Distances from the left grip of the part that counts [m]; None for the whole rope."""
+    ends_only: bool = False
+    """Whether the ends alone count; the shape between them is free."""
+
+
+@dataclass(frozen=True)
+class GoalFactory:
+    """Factory and checks of the goals of one cell."""
+
+    scenario: Scenario
+    """Scenario of the cell."""
+    rod: Rod
+    """Rod that shapes the goals."""
+    start: tuple[Pose, Pose]
+    """Grips at the scenario's start; an end that does not rotate keeps this orientation."""
+    _of_parts: dict[Shape, Goal] = field(default_factory=dict, repr=False)
+    """Goals of parts of the rope, whose fit is not repeated."""
+
+    def from_shape(self, shape: Shape) -> Goal:
+        """Goal of a scenario's section.
+
+        Raises:
+            RequestRefused: The rod does not come to rest there, or not in the shape of a part.
+        """
+        part = self.scenario.part_nodes(shape)
+        if part is not None:
+            if shape not in self._of_parts:
+                self._of_parts[shape] = self._of_part(part, shape)
+            return self._of_parts[shape]
+        grips = self.feasible_grips(*self.scenario.grips(shape))
+        nodes = self.scenario.nodes(shape)
+        if nodes is None:
+            whole = self.at_rest(*grips, self.scenario.bodies, shape.turns)
+            if shape.part is not None:
+                return _of_part_alone(whole, shape.part)
+            return replace(whole, ends_only=shape.ends_only)
+        rotates = [self.scenario.end(side).rotates for side in SIDES]
+        # Twist is counted between the orientations of the ends.
+        given = [
+            o is not None or shape.turns != 0.0
+            for o in (shape.left_orientation, shape.right_orientation)
+        ]
+        return Goal(
+            nodes,
+            *grips,
+            left_oriented=rotates[0] and given[0],
+            right_oriented=rotates[1] and given[1],
+            turns=shape.turns,
+        )
+
+    def prepare(self) -> None:
+        """Fit the goals of parts of the rope that the scenario sets while a run goes on.
+
+        Raises:
+            RequestRefused: A part does not take its shape at rest.
+        """
+        events = (event.goal for event in self.scenario.events if event.goal)
+        for shape in (*self.scenario.next_goals, *events):
+            if shape.leaves_grips_open:
+                self.from_shape(shape)
+
+    def from_request(self, request: GoalRequest, obstacles: tuple[Obstacle, ...]) -> Goal:
+        """Goal of a person's request, resampled to the nodes of the rope.
+
+        Args:
+            request: Nodes, or grips.
+            obstacles: Obstacles of the scene, of which the supports count.
+
+        Raises:
+            RequestRefused: The rod does not come to rest there, or the grips are too far apart.
+        """
+        grips = self.feasible_grips(*(request.grips or self.start))
+        nodes = request.nodes
+        if nodes is None and request.pull is not None:
+            grips = self._pulled(grips, request, obstacles)
+        if nodes is None:
+            goal = self.at_rest(*grips, obstacles, request.turns)
+            return replace(goal, ends_only=request.ends_only)
+        count = self.scenario.rope.node_count
+        if len(nodes) != count and len(nodes) >= 3:
+            nodes = polylines.resample_smooth(nodes, count)
+        return Goal(
+            nodes,
+            *grips,
+            request.left_oriented,
+            request.right_oriented,
+            request.turns,
+            request.part,
+            request.ends_only,
+        )
+
+    def _of_part(self, nodes: Float64[np.ndarray, "m 3"], shape: Shape) -> Goal:
+        """Rod at rest, leaning on the supports, a part of which lies on some nodes.
+
+        The fit takes up to seconds where the ends rotate.
+
+        Raises:
+            RequestRefused: The part does not take this shape at rest.
+        """
+        part = shape.part
+        assert part is not None
+        points, counted = part_points(nodes, part, self.rod.node_count, self.scenario.rope.length)
+        if np.sum(counted) < MIN_PART_NODES:
+            raise RequestRefused(_too_few_nodes(part, int(np.sum(counted))))
+        supports, moves = pack_supports(self.scenario.bodies), self.scenario.moves
+        try:
+            fit = fit_part(self.rod, self.start, moves, points, counted, shape.turns, supports)
+        except ValueError as error:
+            raise RequestRefused(str(error)) from error
+        if fit.error > MAX_PART_ERROR:
+            raise RequestRefused(
+                f"the part {part[0]:g} to {part[1]:g} m does not take this shape at rest; the "
+                f"nearest that was found is {1e3 * fit.error:.1f} mm away"
+            )
+        nodes = fit.state.positions.copy()
+        nodes[counted] = points
+        return Goal(nodes, *fit.grips, turns=shape.turns, part=part)
+
+    def _pulled(
+        self, grips: tuple[Pose, Pose], request: GoalRequest, obstacles: tuple[Obstacle, ...]
+    ) -> tuple[Pose, Pose]:
+        """Grips whose rest shape comes nearer to where a node is pulled.
+
+        Raises:
+            RequestRefused: The rod has no rest shape between the grips, or no such node.
+        """
+        assert request.pull is not None
+        movable = [self.scenario.end(side).driver != "fixed" for side in SIDES]
+        try:
+            return Sculptor(self.rod, movable).pull(
+                grips, *request.pull, request.turns, pack_supports(obstacles)
+            )
+        except ValueError as error:
+            raise RequestRefused(str(error)) from error
+
+    def feasible_grips(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
+        """Grips that the ends can reach; what is fixed or does not rotate stays as it started.
+
+        Args:
+            left: Wanted left grip.
+            right: Wanted right grip.
+        """
+        grips = []
+        for side, wanted, start in zip(SIDES, (left, right), self.start, strict=True):
+            end = self.scenario.end(side)
+            position = start.position if end.driver == "fixed" else wanted.position
+            turned = wanted.orientation if end.rotates else start.orientation
+            grips.append(Pose(position, turned))
+        return grips[0], grips[1]
+
+    def at_rest(
+        self, left: Pose, right: Pose, obstacles: Sequence[Obstacle], turns: float = 0.0
+    ) -> Goal:
+        """Rod at rest between two grips, leaning on the supports.
+
+        Args:
+            left: Left grip.
+            right: Right grip.
+            obstacles: Obstacles of the scene, of which the supports count.
+            turns: Whole turns of twist in the rod.
+
+        Raises:
+            RequestRefused: It does not come to rest there, or the grips are too far apart.
+        """
+        try:
+            packed = pack_supports(obstacles)
+            rest = self.rod.rest(left, right, obstacles=packed)
+            if turns:
+                guess = add_turns(rest.state, turns)
+                rest = self.rod.rest(left, right, guess=guess, obstacles=packed)
+        except ValueError as error:
+            raise RequestRefused(str(error)) from error
+        if not rest.converged:
+            raise RequestRefused(
+                f"the rope does not come to rest between these grips (still moves "
+                f"{1e3 * rest.residual:.2f} mm); bring them further apart"
+            )
+        rotates = [self.scenario.end(side).rotates for side in SIDES]
+        return Goal(rest.state.positions, left, right, rotates[0], rotates[1], turns)
+
+    def check(self, goal: Goal, obstacles: tuple[Obstacle, ...]) -> None:
+        """Check that a goal is possible.
+
+        Args:
+            goal: Goal.
+            obstacles: Obstacles of the scene.
+
+        Raises:
+            RequestRefused: The goal is not possible.
+        """
+        scenario = self.scenario
+        rope, limits = scenario.rope, scenario.limits
+        if not np.all(np.isfinite(goal.nodes)) or len(goal.nodes) != rope.node_count:
+            raise RequestRefused(
+                f"a goal has {rope.node_count} nodes of finite numbers, got {len(goal.nodes)}"
+            )
+        if goal.turns and not any(scenario.end(side).rotates for side in SIDES):
+            raise RequestRefused(f"the goal has {goal.turns:g} turns of twist, but no end rotates")
+        if goal.turns != round(goal.turns):
+            raise RequestRefused(
+                f"the goal has {goal.turns:g} turns of twist; give whole turns, and the rest as "
+                "the orientation of an end"
+            )
+        length = polylines.length(goal.nodes)
+        if abs(length - rope.length) > MAX_LENGTH_ERROR * rope.length:
+            raise RequestRefused(f"the goal is {length:.4f} m long, the rope {rope.length} m")
+        distance = float(np.linalg.norm(goal.right.position - goal.left.position))
+        if distance > limits.overstretch * rope.length:
+            raise RequestRefused(
+                f"the grips of the goal are {distance:.4f} m apart; at most "
+                f"{limits.overstretch * rope.length:.4f} m keep the rope from being stretched"
+            )
+        low, high = np.array(limits.workspace)
+        for side, grip in zip(SIDES, (goal.left, goal.right), strict=True):
+            if np.any(grip.position < low) or np.any(grip.position > high):
+                raise RequestRefused(
+                    f"the {side} grip of the goal at {grip.position.round(4).tolist()} m is "
+                    "outside limits.workspace"
+                )
+        for obstacle in obstacles:
+            depth = -chain_clearance(goal.nodes, rope.diameter / 2.0, [obstacle])
+            if depth > 0.0 and obstacle.keep_in:
+                raise RequestRefused(
+                    f"the goal leaves the region {obstacle.name!r} by {1e3 * depth:.1f} mm"
+                )
+            if depth > (MAX_SUPPORT_PENETRATION if obstacle.support else 0.0):
+                raise RequestRefused(
+                    f"the goal lies {1e3 * depth:.1f} mm deep in obstacle {obstacle.name!r}"
+                )
+
+
+def _of_part_alone(goal: Goal, part: tuple[float, float]) -> Goal:
+    """Goal of which only a part counts.
+
+    Raises:
+        RequestRefused: The part has too few nodes.
+    """
+    held = int(np.sum(polylines.within(goal.nodes, *part)))
+    if held < MIN_PART_NODES:
+        raise RequestRefused(_too_few_nodes(part, held))
+    return replace(goal, left_oriented=False, right_oriented=False, part=part)
+
+
+def _too_few_nodes(part: tuple[float, float], held: int) -> str:
+    return (
+        f"the part {part[0]:g} to {part[1]:g} m holds {held} nodes of the model; at least "
+        f"{MIN_PART_NODES} make a shape"
+    )

@@ -1,0 +1,143 @@
+"""Requests of a person: goals, starts and stops, and previews of a goal that is being dragged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from lariat.control.run.arm_condition import ArmCondition
+from lariat.control.run.goals import GoalFactory, GoalRequest
+from lariat.control.run.reasons import Reason
+from lariat.control.run.state_machine import RunState
+from lariat.control.run.task import Goal, RequestRefused, Task
+from lariat.geometry.obstacles import Obstacle
+
+
+class RequestAction(Enum):
+    """Action that a person requests, named as in the message `TaskRequest`."""
+
+    SET_GOAL = auto()
+    START = auto()
+    PAUSE = auto()
+    STOP = auto()
+    RESET = auto()
+    SET = auto()
+    RESTORE = auto()
+
+
+@dataclass(frozen=True)
+class Request:
+    """Request of a person."""
+
+    id: str
+    """Id that the answer repeats."""
+    action: RequestAction | None
+    """Requested action; None for one that is not known, which changes nothing."""
+    goal: GoalRequest | None = None
+    """Goal of `SET_GOAL`."""
+    key: str = ""
+    """Name of the setting of `SET`."""
+    value: str = ""
+    """Value of the setting of `SET`."""
+
+
+@dataclass(frozen=True)
+class Preview:
+    """Goal between grips that are being dragged."""
+
+    goal: Goal | None
+    """Rod at rest between the grips; None where there is none."""
+    problem: str = ""
+    """Reason why it cannot be the goal; empty where it can."""
+
+
+def carry_out(
+    request: Request,
+    task: Task,
+    goals: GoalFactory,
+    obstacles: tuple[Obstacle, ...],
+    arms: ArmCondition | None,
+    now: int,
+    obstruction: Reason | None = None,
+) -> bool:
+    """Carry out a request, or record why it is refused.
+
+    Args:
+        request: Request of a person.
+        task: Task that it changes.
+        goals: Factory of goals.
+        obstacles: Obstacles of the scene.
+        arms: Condition of the arms; None while their poses are not known.
+        now: Present time [ns].
+        obstruction: Reason why no run can begin, where the controller knows one.
+
+    Returns:
+        Whether a run has begun with it.
+    """
+    begun, refusal = False, ""
+    try:
+        match request.action:
+            case RequestAction.SET_GOAL:
+                if request.goal is None:
+                    raise RequestRefused("the request holds no goal; give nodes or both grips")
+                goal = goals.from_request(request.goal, obstacles)
+                goals.check(goal, obstacles)
+                task.set_goal(goal)
+            case RequestAction.START:
+                resumed = task.state is RunState.PAUSED
+                _check_arms(arms, obstruction)
+                task.start(now)
+                begun = not resumed
+            case RequestAction.PAUSE:
+                task.pause()
+            case RequestAction.STOP:
+                task.stop()
+            case RequestAction.RESET:
+                task.reset()
+            case RequestAction.RESTORE:
+                goal = goals.from_shape(goals.scenario.goal)
+                task.restore(goal)
+            case RequestAction.SET:
+                task.set(request.key, request.value)
+    except RequestRefused as error:
+        refusal = str(error)
+    task.answer(request.id, refusal)
+    return begun
+
+
+def preview(
+    request: GoalRequest, goals: GoalFactory, obstacles: tuple[Obstacle, ...], running: bool
+) -> Preview:
+    """Rod at rest between grips that are being dragged, or the reason why there is none.
+
+    Args:
+        request: Grips of a person.
+        goals: Factory of goals.
+        obstacles: Obstacles of the scene.
+        running: Whether a run goes on, whose steps must not wait for a pulled node.
+    """
+    if request.pull is not None and running:
+        return Preview(None, "a run goes on; pause or stop it to pull the rope at a node")
+    goal = None
+    try:
+        goal = goals.from_request(request, obstacles)
+        goals.check(goal, obstacles)
+    except ValueError as error:
+        return Preview(goal, str(error))
+    return Preview(goal)
+
+
+def _check_arms(arms: ArmCondition | None, obstruction: Reason | None) -> None:
+    """Refuse a run that the arms cannot begin.
+
+    Raises:
+        RequestRefused: The arms are not ready.
+    """
+    if obstruction is not None:
+        raise RequestRefused(str(obstruction))
+    if arms is None:
+        raise RequestRefused("the arms have not reported their poses yet; is the gateway running?")
+    if not arms.armed:
+        raise RequestRefused(f"the arms are disarmed ({arms.reason}); arm them first")
+    if not arms.available:
+        raise RequestRefused(f"the arms hold ({arms.reason}); acknowledge and resume first")

@@ -1,0 +1,139 @@
+"""Watch of the path that is followed: reasons to stop on the way, for another path."""
+
+from __future__ import annotations
+
+import logging
+import math
+
+import numpy as np
+
+from lariat.control.estimation.rope_tracker import RopeTracker
+from lariat.control.mpc.collision_scene import CollisionScene
+from lariat.control.mpc.receding_horizon import Command, RecedingHorizonController
+from lariat.control.run.reasons import Reason, ReasonCode
+from lariat.control.run.state_machine import RunEvent, RunState
+from lariat.control.run.task import Task
+from lariat.control.supervision.clearance_guard import ClearanceGuard, Threat
+from lariat.control.supervision.path_choice import PathChoice
+from lariat.control.supervision.progress import ProgressMonitor
+from lariat.control.supervision.replanning import MAX_REPLANS, Cause, Replanning
+
+log = logging.getLogger(__name__)
+
+MIN_PATH_CLEARANCE = 0.005
+"""Clearance of the rest of a path below which another one is requested [m]."""
+MAX_DEVIATION = 0.015
+"""Error of the predictions above which a path is planned again [m]."""
+CLEARANCE_STRIDE = 5
+"""Points of a path per shape whose clearance is checked when the scene changes."""
+
+
+class PathWatch:
+    """Watch over the paths that one controller follows."""
+
+    def __init__(
+        self,
+        task: Task,
+        rope: RopeTracker,
+        scene: CollisionScene,
+        controller: RecedingHorizonController,
+        progress: ProgressMonitor,
+        guard: ClearanceGuard,
+        replanning: Replanning,
+        paths: PathChoice,
+    ) -> None:
+        """Watch the paths of one task.
+
+        Args:
+            task: Task whose state changes.
+            rope: Estimate of the rope.
+            scene: Obstacles.
+            controller: Controller that follows the paths.
+            progress: Measure of clearances.
+            guard: Guard of the clearance.
+            replanning: Requests for other paths.
+            paths: Choice of the path.
+        """
+        self._task, self._rope, self._scene = task, rope, scene
+        self._controller, self._progress, self._guard = controller, progress, guard
+        self._replanning, self._paths = replanning, paths
+        self._start_clearance = np.inf
+        """Clearance of the rope at the start of the present path [m]."""
+
+    def begin_path(self) -> None:
+        """Measure the clearance at the start of a path."""
+        self._start_clearance = self._progress.clearance_of(
+            self._rope.estimator.nodes, self._scene.still
+        )
+
+    def review_scene(self) -> None:
+        """Request another path where the rest of the present one is not clear any more."""
+        running = self._task.state is RunState.RUNNING
+        if self._controller.reference is not None and running:
+            ahead = self._controller.remaining_nodes[::CLEARANCE_STRIDE]
+            if self._progress.clearance_along(ahead, self._scene.still) < MIN_PATH_CLEARANCE:
+                self._task.request_path()
+
+    def must_stop(self, command: Command) -> bool:
+        """Whether to stop instead of a command, for another path or because there is none.
+
+        The rope has turned out to be another one, moves otherwise than predicted, or is about to
+        touch an obstacle.
+        """
+        if self._task.state is not RunState.RUNNING:
+            return False
+        deviation = self._rope.predictions.deviation
+        if not self._controller.at_end and (self._paths.outdated() or self.unforeseen(deviation)):
+            return True
+        threat = self._guard.check(
+            self._rope.observed,
+            self._rope.estimator.nodes,
+            command.plan.nodes,
+            deviation,
+            self._scene.avoided,
+            min(self._start_clearance, self._scene.goal_clearance(self._task)),
+        )
+        if threat is None:
+            return False
+        obstacle = [o for o in self._scene.avoided if o.name == threat.obstacle]
+        ahead = self._controller.remaining_nodes[::CLEARANCE_STRIDE]
+        clearance = self._progress.clearance_along(ahead, obstacle)
+        log.info("%s", self.threatened(threat, clearance))
+        return True
+
+    def unforeseen(self, deviation: float) -> bool:
+        """Request a more careful path when the rope does not move as predicted.
+
+        Args:
+            deviation: Error of the predictions [m].
+
+        Returns:
+            Whether another path has been requested.
+        """
+        return deviation > MAX_DEVIATION and self._replanning.request_careful(
+            Cause.UNFORESEEN, deviation
+        )
+
+    def threatened(self, threat: Threat, path_clearance: float) -> Reason:
+        """Reason to stop before a contact; requests a few more careful paths, then gives up.
+
+        Args:
+            threat: Contact that is to be expected.
+            path_clearance: Clearance from its obstacle along the rest of the path [m].
+        """
+        detail = {
+            "obstacle": threat.obstacle,
+            "clearance_mm": 1e3 * threat.clearance,
+            "predicted_mm": 1e3 * threat.predicted,
+            "deviation_mm": 1e3 * threat.uncertainty,
+        }
+        if self._replanning.request_careful(Cause.CONTACT, threat.uncertainty):
+            return Reason(ReasonCode.APPROACHING_OBSTACLE, detail)
+        self._task.apply(
+            RunEvent.GIVE_UP,
+            ReasonCode.CONTACT_EXPECTED,
+            **detail,
+            paths=MAX_REPLANS[Cause.CONTACT],
+            needed_mm=math.ceil(1e3 * max(threat.lack, threat.limit - path_clearance)),
+        )
+        return self._task.reason

@@ -1,0 +1,70 @@
+"""Launches of the kernel: buffers for given sizes, and the call itself."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Int32, Int64
+
+from lariat.paper.xpbd.launch.layout import STEP_BLOCKS, Header
+from lariat.paper.xpbd.launch.sizes import Sizes, sections
+from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
+
+MAX_DOUBLES = 5e8
+"""Count of doubles that a launch may take: 4 GB, almost all of them tape."""
+
+
+def allocate(
+    pool: BufferPool, sizes: Sizes, block_of_step: Int64[np.ndarray, "H"]
+) -> LaunchBuffers[Sizes]:
+    """Return buffers for a launch, with all integers set that follow from the arguments.
+
+    Args:
+        pool: Memory of the doubles.
+        sizes: Sizes of the launch.
+        block_of_step: Action block that drives each step.
+
+    Raises:
+        ValueError: The tape would take too much memory.
+    """
+    places, stride, template = _plan(sizes)
+    integers = template.copy()
+    integers[STEP_BLOCKS:] = block_of_step
+    return pool.cut(sizes, places, stride, integers)
+
+
+def launch(buffers: LaunchBuffers[Sizes], *, forward: bool, backward: bool) -> None:
+    """Run the kernel on buffers that have been filled."""
+    # Taichi is slow to import, and kernels compile against its runtime, which must start first.
+    from lariat.machine_code import taichi_runtime
+
+    taichi_runtime.start()
+    from lariat.paper.xpbd.kernels import rollout
+
+    rollout.roll_out(buffers.integers, buffers.doubles, buffers.sizes.batch, forward, backward)
+
+
+@lru_cache(maxsize=64)
+def _plan(sizes: Sizes) -> tuple[dict[int, slice], int, Int32[np.ndarray, "k"]]:
+    """Return sections, count of doubles of a rod, and integer array; cached, since sizes recur."""
+    places, stride = sections(sizes)
+    if stride * sizes.batch > MAX_DOUBLES:
+        raise ValueError(
+            f"the tape of {sizes.steps} steps of {sizes.iterations} iterations takes "
+            f"{8e-9 * stride * sizes.batch:.1f} GB; take fewer steps or iterations at a time"
+        )
+    integers = np.zeros(STEP_BLOCKS + sizes.steps // sizes.substeps, dtype=np.int32)
+    integers[Header.NODES] = sizes.nodes
+    integers[Header.STEPS] = sizes.steps
+    integers[Header.SUBSTEPS] = sizes.substeps
+    integers[Header.ACTION_BLOCKS] = sizes.action_blocks
+    integers[Header.OBSTACLES] = sizes.obstacles
+    integers[Header.ITERATIONS] = sizes.iterations
+    integers[Header.TAPED] = sizes.taped
+    integers[Header.CONTACT_LIMIT] = sizes.contact_limit
+    integers[Header.OBSTACLE_ROWS] = stride * sizes.batch
+    integers[Header.STRIDE] = stride
+    for section, place in places.items():
+        integers[section] = place.start
+    return places, stride, integers

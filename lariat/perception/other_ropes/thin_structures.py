@@ -1,0 +1,225 @@
+"""Ropes and other thin things beside the held rope, of any colour, found by their depth.
+
+They are nearer to the camera than what lies on both of their sides, and belong neither to the held
+rope nor to a gripper or an obstacle of the scene. What has the held rope's colour is left to the
+tracker, which tells both apart where they lie on each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Float64, UInt8, UInt16
+
+from lariat.geometry import polylines, poses
+from lariat.geometry.cameras import Camera, Intrinsics
+from lariat.perception.centerline.estimate import OtherLine
+from lariat.perception.centerline.foreign_strands import BesideStrand
+from lariat.perception.centerline.other_lines import join_strands
+from lariat.perception.centerline.ridge import Ridge, axis_points, extract_ridge, sample_depth
+from lariat.perception.centerline.skeleton import trace_strands
+from lariat.perception.other_ropes.foreground_mask import (
+    MAX_DIAMETER,
+    KnownScene,
+    Scale,
+    least_nearness,
+    unexplained,
+    widest,
+)
+from lariat.perception.other_ropes.other_ropes import SeenLine
+from lariat.perception.other_ropes.relative_depth import SMOOTHING, reduced, smoothed
+
+MIN_LENGTH = 0.04
+"""Length below which a thing is left out [m]."""
+MIN_SLENDERNESS = 4.0
+"""Length of a thing below which it is no rope, in diameters of its own [-]."""
+FINE = Scale(least_share=1.0, min_length=MIN_LENGTH, rope_margin=3.0, outline=7)
+"""How pixels of the images are compared."""
+COARSE = Scale(least_share=0.75, min_length=0.5 * MIN_LENGTH, rope_margin=2.0, outline=3)
+"""The same in a smaller image, in which nothing is to be missed."""
+COARSE_PIXELS = 3.0
+"""Width of the held rope in pixels of the images for one in the smaller image [-]."""
+MIN_COLOR_DISTANCE = 40.0
+"""Distance of two colours in Lab below which the tracker may take one for the other [-]."""
+DEPTH_HALF_WINDOW = 8
+"""Half the window along a strand over which its depth is averaged [pixels]."""
+MAX_STEP = 0.01
+"""Difference in depth of two neighbouring points of one thing [m]."""
+PROFILE_MARGIN = 6
+"""Reach of a profile across a strand beyond its flanks [pixels]."""
+FLANK_LOSS = 0.5
+"""What a profile loses at both flanks together, where depths are mixtures or missing [pixels]."""
+PROFILE_STEP = 0.1
+"""Distance of the points at which a profile is compared with half its height [pixels]."""
+
+
+@dataclass(frozen=True)
+class RgbdView:
+    """Images of one camera."""
+
+    color: Callable[[], UInt8[np.ndarray, "h w 3"]]
+    """Function that returns red, green, blue, which are decoded only where they are used."""
+    depth: UInt16[np.ndarray, "h w"]
+    """Depth [mm], 0 where nothing was measured."""
+    camera: Camera
+    """The camera."""
+    bias: float = 0.0
+    """Bias of every depth [m]."""
+
+
+def thin_things(view: RgbdView, known: KnownScene, depth_sigma: float) -> list[SeenLine]:
+    """Return the thin things in images that nothing known explains, longest first.
+
+    A smaller image tells where to look.
+
+    Args:
+        view: The images.
+        known: What is known to be there.
+        depth_sigma: Standard deviation of a single depth [m].
+    """
+    far = float(np.max(view.camera.project(known.rope.positions)[1]))
+    k = max(2, round(2.0 * known.radius * view.camera.intrinsics.fx / far / COARSE_PIXELS))
+    # Of so many depths is a pixel of the smaller image the mean, and of SMOOTHING squared here.
+    sigma = depth_sigma * k / SMOOTHING
+    camera = _reduced(view.camera, k)
+    found = unexplained(reduced(view.depth, k), camera, known, view.bias, sigma, COARSE)
+    if found is None:
+        return []
+    margin = 2 * widest(view.camera, far)
+    height, width = found.mask.shape
+    left, top = max(0, k * found.left - margin), max(0, k * found.top - margin)
+    right, bottom = k * (found.left + width) + margin, k * (found.top + height) + margin
+    return _lines(view, known, depth_sigma, np.s_[top:bottom, left:right])
+
+
+def _lines(
+    view: RgbdView, known: KnownScene, depth_sigma: float, part: tuple[slice, slice]
+) -> list[SeenLine]:
+    """Thin things in a part of the images, longest first."""
+    depth, bias = view.depth[part], view.bias
+    camera = _cropped(view.camera, part, depth.shape)
+    region = unexplained(smoothed(depth), camera, known, bias, depth_sigma, FINE)
+    if region is None:
+        return []
+    far = float(np.max(camera.project(known.rope.positions)[1]))
+    width, most = 2.0 * known.radius * camera.intrinsics.fx / far, widest(camera, far)
+    held = view.camera.project(known.rope.positions[known.rope.observed])[0]
+    if not len(held):
+        # What is seen might be the held rope itself.
+        return []
+    pieces = [
+        piece
+        for strand in trace_strands(region.mask, width)
+        for piece in _without_steps(extract_ridge(strand, region, depth, width), most)
+    ]
+    if not pieces:
+        return []
+    color = view.color()
+    ours, shown = np.median(color[_at(held, color.shape)], axis=0), color[part]
+    strands = [
+        BesideStrand(p.pixels, axis_points(p, camera, known.radius - bias, DEPTH_HALF_WINDOW))
+        for p in pieces
+        if not _looks_like(p, shown, ours)
+    ]
+    found = []
+    for line in join_strands(strands, width):
+        diameter = _diameter(line, depth, camera, known.radius - bias, most)
+        outward = poses.normalized(camera.rays(line.pixels))
+        points = line.points + (0.5 * diameter - known.radius) * outward
+        length = polylines.length(polylines.resample(points, max(2, len(points) // 5)))
+        thin = least_nearness(known) < diameter < MAX_DIAMETER
+        if thin and length > max(MIN_LENGTH, MIN_SLENDERNESS * diameter):
+            found.append(SeenLine(points, diameter))
+    return found
+
+
+def _reduced(camera: Camera, k: int) -> Camera:
+    """Camera whose pixels are squares of k by k of a camera's."""
+    i, off = camera.intrinsics, 0.5 * (k - 1)
+    size, center = (i.width // k, i.height // k), ((i.cx - off) / k, (i.cy - off) / k)
+    return Camera(Intrinsics(*size, i.fx / k, i.fy / k, *center), camera.T_world_camera)
+
+
+def _cropped(camera: Camera, part: tuple[slice, slice], shape: tuple[int, ...]) -> Camera:
+    """Camera of a part of a camera's image."""
+    i, (rows, columns) = camera.intrinsics, part
+    cropped = Intrinsics(shape[1], shape[0], i.fx, i.fy, i.cx - columns.start, i.cy - rows.start)
+    return Camera(cropped, camera.T_world_camera)
+
+
+def _without_steps(ridge: Ridge, min_count: int) -> Iterator[Ridge]:
+    """Yield the pieces of a ridge between steps of its depth, where it leads over another thing.
+
+    Args:
+        ridge: The ridge.
+        min_count: Number of points below which a piece is left out.
+    """
+    (known,) = np.nonzero(np.isfinite(ridge.depth))
+    steps = np.abs(np.diff(ridge.depth[known])) > MAX_STEP
+    for run in np.split(known, np.flatnonzero(steps) + 1):
+        if len(run) >= min_count:
+            part = slice(run[0], run[-1] + 1)
+            yield Ridge(
+                ridge.pixels[part], ridge.normals[part], ridge.clear[part], ridge.depth[part]
+            )
+
+
+def _looks_like(
+    ridge: Ridge, color: UInt8[np.ndarray, "h w 3"], ours: Float64[np.ndarray, "3"]
+) -> bool:
+    """Whether a strand has the held rope's colour."""
+    theirs = np.median(color[_at(ridge.pixels, color.shape)], axis=0)
+    both = np.stack([ours, theirs])[None].astype(np.uint8)
+    lab = cv2.cvtColor(both, cv2.COLOR_RGB2LAB)[0].astype(float)
+    return float(np.linalg.norm(lab[0] - lab[1])) < MIN_COLOR_DISTANCE
+
+
+def _diameter(
+    line: OtherLine,
+    depth: UInt16[np.ndarray, "h w"],
+    camera: Camera,
+    radius: float,
+    widest: int,
+) -> float:
+    """Diameter of a line [m], between the places where its profile has half its height.
+
+    The profile across it is the median over its length, which noise of single depths hardly moves.
+
+    Args:
+        line: The line.
+        depth: Depth image [mm].
+        camera: Camera of the image.
+        radius: Distance from the surface at which the line's points lie [m].
+        widest: Largest width of a thin thing [pixels].
+    """
+    reach = widest // 2 + PROFILE_MARGIN
+    tangents = np.gradient(line.pixels, axis=0)
+    normals = np.stack([tangents[:, 1], -tangents[:, 0]], axis=1)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
+    offsets = np.arange(-reach, reach + 1)
+    across = sample_depth(depth, line.pixels[:, None] + offsets[:, None] * normals[:, None])
+    near = camera.project(line.points)[1] - radius
+    # Sorted with the missing ones last: medians of masked arrays take ten times as long.
+    behind = np.sort(np.where(across > 0.0, across - near[:, None], np.inf).T, axis=1)
+    count = np.count_nonzero(across, axis=0)
+    known = count > 0
+    if not np.any(known):
+        return np.inf
+    row = np.arange(len(count))
+    profile = 0.5 * (behind[row, (count - 1) // 2] + behind[row, count // 2])
+    fine = np.arange(-reach, reach, PROFILE_STEP)
+    height = np.interp(fine, offsets[known], profile[known])
+    outside = height > 0.5 * np.max(height)
+    left = np.max(fine[outside & (fine < 0.0)], initial=-reach)
+    right = np.min(fine[outside & (fine >= 0.0)], initial=reach)
+    width = right - left + FLANK_LOSS
+    return float(width * np.median(near) / camera.intrinsics.fx)
+
+
+def _at(pixels: Float64[np.ndarray, "k 2"], shape: tuple[int, ...]) -> tuple[np.ndarray, ...]:
+    """Rows and columns of the nearest pixels of an image."""
+    at = np.clip(np.rint(pixels).astype(int), 0, np.array(shape[1::-1]) - 1)
+    return at[:, 1], at[:, 0]

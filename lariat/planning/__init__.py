@@ -1,0 +1,1 @@
+"""lariat/planning"""

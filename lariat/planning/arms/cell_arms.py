@@ -1,0 +1,70 @@
+"""Arms of a cell: geometry, joints at the start of a path, and joints along it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.arms.installation import joint_speed_limit, kinematics_of
+from lariat.arms.kinematics import Joints, UrdfKinematics
+from lariat.geometry.grippers import GripperBody, gripper_bodies
+from lariat.safety.constraints.sphere_distance import Spheres
+from lariat.scenario import SIDES, Scenario
+
+
+@dataclass(frozen=True)
+class Arm:
+    """One arm at its place in the cell."""
+
+    kinematics: UrdfKinematics
+    """Its geometry."""
+    joint_speed: float
+    """Limit on the speed of every joint [rad/s]."""
+    start: Joints
+    """Joint angles at the scenario's start [rad]."""
+
+
+@dataclass(frozen=True)
+class CellArms:
+    """All arms of a cell whose geometry is known, by the index of their end."""
+
+    arms: Mapping[int, Arm]
+    """The arms; an end that is fixed, ideal, or held by an arm without a URDF has none."""
+    grippers: tuple[GripperBody, GripperBody]
+    """Bodies of both grippers."""
+    joints: Mapping[int, Joints]
+    """Joint angles from which a path begins [rad]."""
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> CellArms | None:
+        """Return the arms of a scenario at its start; None where it has none.
+
+        An arm that cannot reach the start is left out: its gateway refuses to boot.
+        """
+        arms = {}
+        for k, (side, start) in enumerate(zip(SIDES, scenario.grips(scenario.start), strict=True)):
+            kinematics = kinematics_of(scenario, side)
+            joints = kinematics.solve_anywhere(start) if kinematics is not None else None
+            if kinematics is not None and joints is not None:
+                speed = joint_speed_limit(scenario, kinematics)
+                arms[k] = Arm(kinematics, speed, joints)
+        if not arms:
+            return None
+        limits = scenario.limits
+        return cls(
+            arms,
+            gripper_bodies(limits.gripper_reach, limits.gripper_radius),
+            {k: arm.start for k, arm in arms.items()},
+        )
+
+    def gripper_spheres(
+        self,
+        end: int,
+        positions: Float64[np.ndarray, "m 3"],
+        orientations: Float64[np.ndarray, "m 4"],
+    ) -> Spheres:
+        """Return the spheres that cover the gripper of one end at m poses of its grip."""
+        return Spheres.of_gripper(self.grippers[end].spheres, positions, orientations)

@@ -1,0 +1,192 @@
+"""Landing: a rope that comes to rest above its support, and is then lowered onto it.
+
+Friction, which the rod lacks, holds a rope where it first lies. A rope that swings onto a support,
+or that slides along it, therefore stays beside its goal. Above the support it hangs freely and
+comes to rest where the rod does. From there it is lowered so that the points that lie on the
+support at the goal come straight down: they touch it where they lie, and need not slide.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from lariat.geometry.obstacles import signed_distance
+from lariat.geometry.poses import Pose
+from lariat.planning.path_optimization.optimizer import SETTINGS, PathOptimizer
+from lariat.planning.problem import Problem, WholePath
+from lariat.planning.retiming import retime
+from lariat.rod import RodState, RolloutSpec, add_turns, state_along
+
+
+@dataclass(frozen=True)
+class LandingSettings:
+    """Height above the support, and speed of the descent."""
+
+    leaning_clearance: float = 0.003
+    """Distance of a point of the goal from a support below which it leans on it [m]."""
+    hover_clearance: float = 0.012
+    """Distance from the supports at which the rope comes to rest before it is lowered [m]."""
+    lift_step: float = 0.01
+    """Distance between the heights of the grips that are computed [m]."""
+    max_lift: float = 0.25
+    """Largest height of the grips above those of the goal [m]."""
+    fit_iterations: int = 5
+    """Largest number of Gauss-Newton iterations that fit the grips to the goal's nodes."""
+    shift_iterations: int = 5
+    """Number of iterations that find the horizontal positions of the grips at each height."""
+    pace: float = 0.5
+    """Share of the usual limits on motion that the descent uses [-]."""
+
+
+LANDING_SETTINGS = LandingSettings()
+"""Default settings of a landing."""
+
+
+@dataclass(frozen=True)
+class Landing:
+    """Last part of a path to a goal that leans on a support."""
+
+    approach: Problem
+    """Problem whose goal is the rope at rest above the support."""
+    descent: Float64[np.ndarray, "w 2 3"]
+    """Positions of the rope's ends from there to the goal [m]."""
+
+
+def landing(problem: Problem, settings: LandingSettings = LANDING_SETTINGS) -> Landing | None:
+    """Return the landing of a rope on the supports of its goal.
+
+    Args:
+        problem: Planning problem.
+        settings: Height above the support.
+
+    Returns:
+        The landing; None where the goal leans on nothing, where an end cannot be moved, or where
+        the rope does not come free of its supports when it is lifted.
+    """
+    if not problem.supports or not problem.moves[:, :3].all():
+        return None
+    leaning = _support_distances(problem, problem.goal) < settings.leaning_clearance
+    lying = _lying(problem, settings) if leaning.any() else None
+    if lying is None:
+        return None
+    state, (left, right) = lying
+    offsets, lifted = _lifted(problem, state, leaning, settings)
+    free = [np.min(_support_distances(problem, n)) >= settings.hover_clearance for n in lifted]
+    if not any(free):
+        return None
+    top = free.index(True)
+    ends = np.stack([left.position, right.position])
+    descent = np.concatenate([ends + offsets[top::-1, None], ends[None]])
+    above = Pose(descent[0, 0], left.orientation), Pose(descent[0, 1], right.orientation)
+    hovering = _rest(problem, above, lifted[top])
+    return Landing(replace(problem, goal=hovering.positions, goal_grips=above), descent)
+
+
+def landed(
+    problem: Problem,
+    landing: Landing,
+    approach: WholePath,
+    settings: LandingSettings = LANDING_SETTINGS,
+) -> WholePath:
+    """Return a path to the rest above a support, and the descent from there.
+
+    Args:
+        problem: Planning problem.
+        landing: Its landing.
+        approach: Path to the goal of `landing.approach`.
+        settings: Speed of the descent.
+    """
+    positions, orientations = approach.positions[-1], approach.orientations[-1]
+    above = Pose(positions[0], orientations[0]), Pose(positions[1], orientations[1])
+    below = tuple(
+        Pose(at, grip.orientation)
+        for at, grip in zip(landing.descent[-1], problem.feasible_goal_grips, strict=True)
+    )
+    descent = replace(
+        problem,
+        state=_rest(problem, above, approach.nodes[-1]),
+        grips=above,
+        goal_grips=(below[0], below[1]),
+        pace=settings.pace * problem.pace,
+    )
+    optimizer = PathOptimizer(descent)
+    at = np.linspace(0.0, len(landing.descent) - 1.0, optimizer.settings.blocks + 1)
+    flat = landing.descent.reshape(len(landing.descent), 6)
+    waypoints = np.stack([np.interp(at, np.arange(len(flat)), c) for c in flat.T], axis=1)
+    waypoints = waypoints.reshape(-1, 2, 3)
+    # The approach may end a little beside its goal.
+    share = np.linspace(1.0, 0.0, len(waypoints))[:, None, None]
+    waypoints = waypoints + share * (positions - waypoints[0])
+    (candidate,) = optimizer.evaluate([np.diff(waypoints, axis=0)])
+    down = retime(descent, optimizer, candidate)
+    return replace(
+        down,
+        positions=np.concatenate([approach.positions, down.positions[1:]]),
+        orientations=np.concatenate([approach.orientations, down.orientations[1:]]),
+        nodes=np.concatenate([approach.nodes, down.nodes[1:]]),
+        clearance=min(approach.clearance, down.clearance),
+    )
+
+
+def _lying(
+    problem: Problem, settings: LandingSettings
+) -> tuple[RodState, tuple[Pose, Pose]] | None:
+    """Rod at rest on the supports where it is nearest to the goal, and the poses of its ends."""
+    try:
+        state = _rest(problem, problem.feasible_goal_grips, problem.goal)
+    except ValueError:
+        # The goal's grips are further apart than the rope is long.
+        return None
+    near = PathOptimizer(replace(problem, state=state, grips=problem.feasible_goal_grips))
+    fitted = near.follow(np.zeros((near.settings.blocks, 2, 6)))
+    fitted = near.refine(fitted, settings.fit_iterations)
+    positions, orientations = near.grips(fitted)
+    left, right = (Pose(p, q) for p, q in zip(positions[-1], orientations[-1], strict=True))
+    return fitted.final, (left, right)
+
+
+def _lifted(
+    problem: Problem, state: RodState, leaning: Bool[np.ndarray, "n"], settings: LandingSettings
+) -> tuple[Float64[np.ndarray, "k 3"], Float64[np.ndarray, "k n 3"]]:
+    """Rope that is lifted so that its leaning points go straight up.
+
+    Args:
+        problem: Planning problem.
+        state: Rod at rest on the supports.
+        leaning: Nodes that lean on them.
+        settings: Heights.
+
+    Returns:
+        Displacement of both ends [m] and nodes [m] at each height.
+    """
+    step_time = SETTINGS.step_time
+    count = round(settings.max_lift / settings.lift_step)
+    offsets = np.zeros((count + 1, 3))
+    offsets[:, 2] = settings.lift_step * np.arange(count + 1)
+    nodes = state.positions[None]
+    for _ in range(settings.shift_iterations):
+        actions = np.zeros((count, 2, 6))
+        actions[..., :3] = np.diff(offsets, axis=0)[:, None] / step_time
+        spec = RolloutSpec(state, actions, step_time, obstacles=problem.packed_supports)
+        nodes = problem.rod.rollout(spec).positions
+        aside = np.mean((nodes - state.positions)[:, leaning], axis=1)
+        # A rope that hangs freely moves with its grips.
+        offsets[1:, :2] -= aside[:, :2]
+    return offsets[1:], nodes
+
+
+def _rest(problem: Problem, ends: tuple[Pose, Pose], nodes: Float64[np.ndarray, "n 3"]) -> RodState:
+    """Rod at rest on or above the supports, near given nodes."""
+    guess = add_turns(state_along(nodes, *(end.orientation for end in ends)), problem.turns)
+    return problem.rod.rest(*ends, guess=guess, obstacles=problem.packed_supports).state
+
+
+def _support_distances(
+    problem: Problem, nodes: Float64[np.ndarray, "n 3"]
+) -> Float64[np.ndarray, "n"]:
+    """Distances between the surfaces of the rope's nodes and the nearest support [m]."""
+    distances = [signed_distance(nodes, support) for support in problem.supports]
+    return np.min(distances, axis=0) - problem.radius

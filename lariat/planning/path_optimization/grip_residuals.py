@@ -1,0 +1,149 @@
+"""Residuals of a path that depend on the grips alone: effort, smoothness, distances, workspace."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.grippers import axis_spacing, gripper_axis_distance
+from lariat.planning.path_optimization.block_path import BlockDisplacements, BlockPath
+from lariat.planning.path_optimization.settings import PathOptimizationSettings
+from lariat.planning.problem import Problem
+from lariat.rod.so3 import left_jacobian
+from lariat.safety.motion_contract import PATH_SPACING_MARGIN, PATH_WORKSPACE_MARGIN
+
+MILLIMETRES = 1e3
+"""Millimetres per metre."""
+
+Residuals = tuple[Float64[np.ndarray, "r"], Float64[np.ndarray, "r k 2 6"]]
+"""Residuals, and their Jacobian with respect to the displacements."""
+
+
+def grip_residuals(
+    problem: Problem,
+    settings: PathOptimizationSettings,
+    path: BlockPath,
+    displacements: BlockDisplacements,
+    reserve: float,
+) -> list[Residuals]:
+    """Return all residuals of the grips, weighted, and their Jacobians.
+
+    Args:
+        problem: Limits, and which orientations are prescribed.
+        settings: Weights.
+        path: Discretisation.
+        displacements: Displacements of the grips.
+        reserve: Distance of the grippers beyond their limit [m].
+    """
+    # Lever arm that converts a rotation into a displacement: the rope's length over two pi.
+    unit = np.where(np.arange(6) < 3, 1.0, problem.rod.properties.length / (2.0 * np.pi))
+    unit = unit * MILLIMETRES
+    scaled = _scaled_identity(len(displacements), unit)
+    found = _motion_residuals(settings, displacements, unit, scaled)
+    whole = path.grips(displacements)
+    found += [
+        _orientation_residual(problem, unit[3:], path.block_ends(whole[1]), displacements, end)
+        for end, oriented in enumerate(problem.oriented)
+        if oriented
+    ]
+    positions, orientations = (part[1:] for part in whole)
+    found += _distance_residuals(problem, settings, path.share, positions, orientations, reserve)
+    return found + _workspace_residuals(problem, path.share, positions)
+
+
+def _scaled_identity(
+    blocks: int, unit: Float64[np.ndarray, "6"]
+) -> Float64[np.ndarray, "k 2 6 k 2 6"]:
+    """Jacobian of the displacements in their units."""
+    identity = np.eye(blocks * 12).reshape(blocks, 2, 6, blocks, 2, 6)
+    return identity * unit[None, None, :, None, None, None]
+
+
+def _motion_residuals(
+    settings: PathOptimizationSettings,
+    displacements: BlockDisplacements,
+    unit: Float64[np.ndarray, "6"],
+    scaled: Float64[np.ndarray, "k 2 6 k 2 6"],
+) -> list[Residuals]:
+    """Effort, and smoothness from rest to rest."""
+    padded = np.pad(displacements * unit, ((1, 1), (0, 0), (0, 0)))
+    change = np.pad(scaled, ((1, 1), (0, 0), (0, 0), (0, 0), (0, 0), (0, 0)))
+    size = (-1, len(displacements), 2, 6)
+    effort, smoothness = settings.effort_weight, settings.smoothness_weight
+    return [
+        (effort * (displacements * unit).ravel(), effort * scaled.reshape(size)),
+        (
+            smoothness * np.diff(padded, axis=0).ravel(),
+            smoothness * np.diff(change, axis=0).reshape(size),
+        ),
+    ]
+
+
+def _orientation_residual(
+    problem: Problem,
+    unit: Float64[np.ndarray, "3"],
+    block_ends: Float64[np.ndarray, "k 2 4"],
+    displacements: BlockDisplacements,
+    end: int,
+) -> Residuals:
+    """Rotation from the goal's orientation of one grip to that at the end of the path."""
+    last = block_ends[-1, end]
+    goal = problem.goal_grips[end].orientation
+    residual = poses.logarithm(poses.multiply(last, poses.conjugate(goal)))
+    # A rotation after block k rotates the change of that block with it.
+    after = poses.multiply(last, poses.conjugate(block_ends[:, end]))
+    change = left_jacobian(displacements[:, end, 3:], np.eye(3)[:, None, :])
+    turned = poses.rotate(after, change)
+    jacobian = np.zeros((3, len(displacements), 2, 6))
+    jacobian[:, :, end, 3:] = np.einsum("r,dkr->rkd", unit, turned)
+    return unit * residual, jacobian
+
+
+def _distance_residuals(
+    problem: Problem,
+    settings: PathOptimizationSettings,
+    share: Float64[np.ndarray, "s k"],
+    positions: Float64[np.ndarray, "s 2 3"],
+    orientations: Float64[np.ndarray, "s 2 4"],
+    reserve: float,
+) -> list[Residuals]:
+    """Distances of the grips, and of the grippers' axes, outside their limits."""
+    limits = problem.limits
+    chord = positions[:, 1] - positions[:, 0]
+    distance = np.linalg.norm(chord, axis=1)
+    direction = chord / np.maximum(distance, 1e-9)[:, None]
+    longest = problem.longest_grip_distance
+    grippers = problem.grippers(positions, orientations)
+    bodies = gripper_axis_distance(*grippers, limits.gripper_reach)
+    spacing = axis_spacing(limits.gripper_radius, limits.keep_out)
+    found = []
+    for apart, towards, least, most in (
+        (distance, direction, limits.spacing + PATH_SPACING_MARGIN, longest),
+        (*bodies, spacing + reserve, np.inf),
+    ):
+        (bad,) = np.nonzero((apart > most) | (apart < least))
+        if len(bad):
+            excess = apart[bad] - np.clip(apart[bad], least, most)
+            jacobian = np.zeros((len(bad), share.shape[1], 2, 6))
+            pull = share[bad][:, :, None] * towards[bad][:, None, :]
+            jacobian[:, :, 1, :3], jacobian[:, :, 0, :3] = pull, -pull
+            weight = settings.grip_distance_weight * MILLIMETRES
+            found.append((weight * excess, weight * jacobian))
+    return found
+
+
+def _workspace_residuals(
+    problem: Problem, share: Float64[np.ndarray, "s k"], positions: Float64[np.ndarray, "s 2 3"]
+) -> list[Residuals]:
+    """Positions of the grips outside the workspace."""
+    low, high = np.array(problem.limits.workspace) + np.array(
+        [[PATH_WORKSPACE_MARGIN], [-PATH_WORKSPACE_MARGIN]]
+    )
+    outside = positions - np.clip(positions, low, high)
+    step, end, axis = np.nonzero(outside)
+    if not len(step):
+        return []
+    jacobian = np.zeros((len(step), share.shape[1], 2, 6))
+    jacobian[np.arange(len(step)), :, end, axis] = share[step]
+    return [(MILLIMETRES * outside[step, end, axis], MILLIMETRES * jacobian)]

@@ -1,0 +1,199 @@
+"""Input and output of the planner."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from lariat.geometry import polylines, poses
+from lariat.geometry.obstacles import Obstacle, pack
+from lariat.geometry.poses import Pose
+from lariat.rod import Rod, RodState
+from lariat.safety.motion_contract import PATH_STRETCH_SHARE, longest_grip_distance
+from lariat.scenario.sections import Limits
+
+if TYPE_CHECKING:
+    # Only a cell with arms needs Pinocchio.
+    from lariat.planning.arms.cell_arms import CellArms
+
+
+def _exact_grips() -> tuple[Pose, Pose]:
+    exact = Pose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+    return exact, exact
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Planning problem: from a rope at rest to a goal shape, without collisions.
+
+    Its grips are the rope's ends; a gripper may hold them a little beside its own frame.
+    """
+
+    rod: Rod
+    """Model of the rope."""
+    state: RodState
+    """State of the rope at rest between the grips."""
+    grips: tuple[Pose, Pose]
+    """Current poses of the grips: left, right."""
+    goal: Float64[np.ndarray, "n 3"]
+    """Nodes of the goal shape [m]."""
+    goal_grips: tuple[Pose, Pose]
+    """Grips of the goal shape, an initial guess where only nodes were given."""
+    moves: Bool[np.ndarray, "2 6"]
+    """Mask of the free components of each grip's velocity: translation, then rotation."""
+    obstacles: tuple[Obstacle, ...]
+    """Obstacles that the rope must not touch, and regions that it must not leave."""
+    supports: tuple[Obstacle, ...]
+    """Obstacles that the rope may lean on."""
+    limits: Limits
+    """Limits of the grippers' motion."""
+    clearance: float
+    """Clearance to keep between all surfaces [m]."""
+    tolerance: float
+    """Mean node distance to the goal at which it is reached [m]."""
+    spare_clearance: float = 0.0
+    """Part of the clearance without which a path is not blocked [m]."""
+    oriented: tuple[bool, bool] = (False, False)
+    """Whether the orientation of each goal grip is prescribed."""
+    ends_only: bool = False
+    """Whether the ends alone are the goal; the shape between them, and the turns, are free."""
+    angle_tolerance: float = 0.05
+    """Angle of the ends from such a goal at which it is reached [rad]."""
+    turns: int = 0
+    """Whole turns of twist of the goal (`lariat.rod.twist`)."""
+    variants: tuple[Rod, ...] = ()
+    """Rods with one identified property off by its standard deviation each."""
+    held: tuple[Pose, Pose] = field(default_factory=_exact_grips)
+    """Poses of the rope's ends in the frames of the grippers: left, right."""
+    pace: float = 1.0
+    """Share of the usual limits on motion that the path uses [-]."""
+    seed: int = 0
+    """Seed of the random number generator for random paths."""
+    planning_time: float = np.inf
+    """Processor time after which no further search is begun [s]."""
+    arms: CellArms | None = None
+    """Arms that hold the grips, as they stand at the start; None where their geometry is unknown or
+    they have none."""
+
+    @property
+    def solid(self) -> tuple[Obstacle, ...]:
+        """Bodies that the grippers must not touch: obstacles of the rope and its supports."""
+        return tuple(o for o in self.obstacles if not o.keep_in) + self.supports
+
+    @property
+    def regions(self) -> tuple[Obstacle, ...]:
+        """Regions that the rope, and so both grips, must not leave."""
+        return tuple(o for o in self.obstacles if o.keep_in)
+
+    @property
+    def packed_supports(self) -> Float64[np.ndarray, "m 12"] | None:
+        """Supports as rows of `lariat.geometry.obstacles.pack`; None when there are none."""
+        return pack(self.supports) if self.supports else None
+
+    @property
+    def counted(self) -> Bool[np.ndarray, "n"]:
+        """Nodes whose distances from the goal count."""
+        count = len(self.goal)
+        return polylines.ends_of(count) if self.ends_only else np.ones(count, dtype=bool)
+
+    def goal_error(self, nodes: Float64[np.ndarray, "n 3"]) -> float:
+        """Return the mean distance of the nodes that count from the goal [m].
+
+        Where the ends alone count, an angle of theirs that is as large as its tolerance is worth
+        the tolerance of the distance.
+
+        Args:
+            nodes: Nodes of the rope [m].
+        """
+        if not self.ends_only:
+            return polylines.mean_node_distance(nodes, self.goal)
+        ends = self.counted
+        error = polylines.mean_node_distance(nodes[ends], self.goal[ends])
+        grips = np.array([grip.orientation for grip in self.goal_grips])
+        angles = polylines.end_angles(nodes, grips)
+        angle = float(np.max(angles, where=np.array(self.oriented), initial=0.0))
+        return max(error, self.tolerance * angle / self.angle_tolerance)
+
+    @property
+    def feasible_goal_grips(self) -> tuple[Pose, Pose]:
+        """Grips of the goal, as far as the ends can move and rotate."""
+        left, right = (
+            Pose(
+                goal.position if moves[:3].any() else now.position,
+                goal.orientation if moves[3:].any() else now.orientation,
+            )
+            for now, goal, moves in zip(self.grips, self.goal_grips, self.moves, strict=True)
+        )
+        return left, right
+
+    def grippers(
+        self, positions: Float64[np.ndarray, "t 2 3"], orientations: Float64[np.ndarray, "t 2 4"]
+    ) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
+        """Return positions and orientations of the grippers that hold the rope's ends at poses.
+
+        Args:
+            positions: Positions of the ends [m].
+            orientations: Orientations of the ends, wxyz.
+        """
+        back = [end.inverse() for end in self.held]
+        arms = poses.rotate(orientations, np.array([pose.position for pose in back]))
+        turns = np.array([pose.orientation for pose in back])
+        return positions + arms, poses.multiply(orientations, turns)
+
+    @property
+    def longest_grip_distance(self) -> float:
+        """Distance of the grips that a path does not exceed [m]."""
+        return longest_grip_distance(
+            PATH_STRETCH_SHARE,
+            self.limits.overstretch * self.rod.properties.length,
+            max(grip_distance(self.grips), grip_distance(self.goal_grips)),
+        )
+
+    @property
+    def radius(self) -> float:
+        """Radius of the rope [m]."""
+        return self.rod.properties.diameter / 2.0
+
+
+def grip_distance(grips: tuple[Pose, Pose]) -> float:
+    """Return the distance between two grips [m]."""
+    return float(np.linalg.norm(grips[1].position - grips[0].position))
+
+
+@dataclass(frozen=True)
+class WholePath:
+    """Timed path of both grips, with the shape of the rope along it."""
+
+    dt: float
+    """Time between points [s]."""
+    positions: Float64[np.ndarray, "t 2 3"]
+    """Positions of the grips [m]."""
+    orientations: Float64[np.ndarray, "t 2 4"]
+    """Orientations of the grips, wxyz."""
+    nodes: Float64[np.ndarray, "t n 3"]
+    """Nodes of the rope [m]."""
+    reached: bool
+    """Whether the path reaches the goal without collision."""
+    reason: str
+    """Reason why the path does not reach the goal; empty when it does."""
+    final_error: float
+    """Mean node distance to the goal at the end of the path, at rest [m]."""
+    clearance: float
+    """Least clearance of rope and grippers along the path [m]."""
+    blocked: bool = False
+    """Whether obstacles prevent it from reaching the goal, so that it ends at the nearest reachable
+    shape."""
+    arm_fault: str = ""
+    """What an arm would break along the path, in words; empty where the arms can go it."""
+
+    def of_grippers(self, problem: Problem) -> WholePath:
+        """Return the path of the grippers that lead the rope's ends along this one.
+
+        Args:
+            problem: Problem that says how they hold the ends.
+        """
+        positions, orientations = problem.grippers(self.positions, self.orientations)
+        return replace(self, positions=positions, orientations=orientations)

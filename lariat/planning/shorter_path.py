@@ -1,0 +1,122 @@
+"""Paths that end short of a goal which none was found to: at the nearest shape, or on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lariat.geometry import obstacles as geometry
+from lariat.planning.grid_search.search import GridPath, block_displacements
+from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
+from lariat.planning.problem import Problem, WholePath
+from lariat.planning.refinement import is_clear, refined_path
+from lariat.planning.retiming import PATH_PERIOD, required_clearance, retime
+from lariat.planning.settings import PlannerSettings
+
+
+def nearest_path(
+    problem: Problem,
+    optimizer: PathOptimizer,
+    grid_path: GridPath | None,
+    candidates: Sequence[PathCandidate],
+    reason: str,
+    settings: PlannerSettings,
+) -> WholePath:
+    """Return a path to the nearest shape that can be reached, where none to the goal was found.
+
+    Args:
+        problem: Planning problem.
+        optimizer: Optimiser of the problem.
+        grid_path: What the search on the grid found; None where it was not tried.
+        candidates: Candidates of which a clear part may be followed.
+        reason: Reason why no path reaches the goal.
+        settings: Effort.
+    """
+    near = _nearest_reachable(problem, grid_path, reason, settings)
+    return near or _clear_part(problem, optimizer, candidates, reason, settings)
+
+
+def _nearest_reachable(
+    problem: Problem, grid_path: GridPath | None, reason: str, settings: PlannerSettings
+) -> WholePath | None:
+    """Path to the shape nearest to the goal that the grid search found without collision."""
+    if grid_path is None or grid_path.reaches_goal or len(grid_path.grips) < 2:
+        return None
+    near = replace(
+        problem,
+        goal=grid_path.end_nodes,
+        goal_grips=grid_path.end_grips,
+        oriented=(False, False),
+    )
+    optimizer = PathOptimizer(near)
+    displacements = block_displacements(grid_path.grips, optimizer.settings.blocks)
+    path = refined_path(near, optimizer, optimizer.evaluate([displacements])[0], settings)
+    if not is_clear(path, optimizer) or path.clearance < 0.0:
+        return None
+    return _ending_short(
+        problem,
+        path,
+        f"{reason}; the nearest shape that can be reached is {{left_mm:.0f}} mm from the goal on "
+        "average",
+    )
+
+
+def _clear_part(
+    problem: Problem,
+    optimizer: PathOptimizer,
+    candidates: Sequence[PathCandidate],
+    reason: str,
+    settings: PlannerSettings,
+) -> WholePath:
+    """Clear part of a path that ends nearest to the goal; what is seen there may help."""
+    least = required_clearance(optimizer)
+    stride = optimizer.settings.steps_per_block
+    here = problem.goal_error(problem.state.positions)
+    parts = []
+    for start in candidates:
+        candidate = optimizer.refine(start, settings.iterations)
+        at_blocks = candidate.nodes[stride - 1 :: stride][: len(candidate.displacements)]
+        for count, nodes in enumerate(at_blocks, start=1):
+            if geometry.chain_clearance(nodes, problem.radius, problem.obstacles) < least:
+                break
+            left = problem.goal_error(nodes)
+            if left < here:
+                parts.append((left, count, candidate, nodes))
+    for _, count, candidate, nodes in sorted(parts, key=lambda part: part[0])[: settings.max_parts]:
+        displacements = candidate.displacements.copy()
+        displacements[count:] = 0.0
+        near = replace(problem, goal=nodes, oriented=(False, False))
+        shorter = PathOptimizer(near)
+        path = retime(near, shorter, shorter.follow(displacements))
+        if path.clearance >= least and not path.arm_fault:
+            return _ending_short(
+                problem, path, f"{reason}; a part of it ends {{left_mm:.0f}} mm from the goal"
+            )
+    return stay(problem, reason)
+
+
+def _ending_short(problem: Problem, path: WholePath, reason: str) -> WholePath:
+    """Path that is blocked, with the distance that is left in its reason."""
+    left = problem.goal_error(path.nodes[-1])
+    reason = reason.format(left_mm=1e3 * left)
+    return replace(path, reached=False, reason=reason, final_error=left, blocked=True)
+
+
+def stay(problem: Problem, reason: str) -> WholePath:
+    """Return a path that stays at the start.
+
+    Args:
+        problem: Planning problem.
+        reason: Reason why no path reaches the goal.
+    """
+    positions = np.stack([[g.position for g in problem.grips]] * 2)
+    orientations = np.stack([[g.orientation for g in problem.grips]] * 2)
+    here = problem.state.positions
+    left = problem.goal_error(here)
+    own = geometry.chain_clearance(here, problem.radius, problem.obstacles)
+    nodes = np.repeat(here[None], 2, axis=0)
+    return WholePath(
+        PATH_PERIOD, positions, orientations, nodes, False, reason, left, own, blocked=True
+    )

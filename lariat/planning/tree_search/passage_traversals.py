@@ -1,0 +1,108 @@
+"""Threads: motions of a taut rope lengthwise through narrow passages, from one mouth to the other.
+
+On a thread the rope lies in the middle of its passage and along it, whatever its sag is there: the
+line between the grips is lifted and tilted accordingly. A thread says where the grips are, not how
+the rope gets to its mouth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.obstacles import scene_distance
+from lariat.planning.problem import Problem
+from lariat.planning.tree_search.passages import Passages
+from lariat.planning.tree_search.sag import SagTable
+from lariat.planning.tree_search.settings import ThreadSettings
+
+UP = np.array([0.0, 0.0, 1.0])
+"""Direction against which the rope sags."""
+
+
+SLOPE_SHARE = 0.02
+"""Distance along the rope at which its slope is measured, relative to its length [-]."""
+
+
+@dataclass(frozen=True)
+class Threads:
+    """Motions through passages, all in the same number of steps."""
+
+    middles: Float64[np.ndarray, "p m 3"]
+    """Middles of the grips, from the mouth at the start's side to the one at the goal's [m]."""
+    chords: Float64[np.ndarray, "p m 3"]
+    """Vectors from the left to the right grip [m]."""
+
+    def __len__(self) -> int:
+        return len(self.middles)
+
+
+def find_threads(
+    problem: Problem,
+    passages: Passages,
+    sag: SagTable,
+    margin: float,
+    step: float,
+    settings: ThreadSettings,
+) -> Threads:
+    """Return two threads for each passage: either grip leads.
+
+    Args:
+        problem: Start, goal and obstacles.
+        passages: Narrow passages.
+        sag: Sag of the rope.
+        margin: Distance that the rope's centreline keeps from obstacles [m].
+        step: Longest motion from place to place [m].
+        settings: Mouths of the passages, and how taut the rope is.
+    """
+    # A path that was not followed is replaced by one of another kind: the gateway may have refused
+    # a rope that is taut round the edges of its passage.
+    if not len(passages) or not problem.moves[:, :3].all() or problem.spare_clearance > 0.0:
+        return Threads(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)))
+    onward = problem.goal.mean(axis=0) - problem.state.positions.mean(axis=0)
+    back = passages.directions @ onward < 0.0
+    ways = np.where(back[:, None], -passages.directions, passages.directions)
+    taut = settings.taut_share * problem.longest_grip_distance
+    before, after = (
+        0.5 * taut + _depth(problem, passages.places, sign * ways, margin, settings)
+        for sign in (-1.0, 1.0)
+    )
+    count = 1 + int(np.ceil(np.max(before + after) / step))
+    share = np.linspace(0.0, 1.0, count)
+    offsets = share * (before + after)[:, None] - before[:, None]
+    middles, chords = [], []
+    for sign in (1.0, -1.0):
+        along = np.repeat(sign * ways[:, None], count, axis=1).reshape(-1, 3)
+        # Place of the passage along the rope, from its left end.
+        fractions = 0.5 - sign * offsets.ravel() / taut
+        deeper = sag.below(taut * along, fractions + SLOPE_SHARE)
+        slope = (deeper - sag.below(taut * along, fractions - SLOPE_SHARE)) / (
+            2.0 * SLOPE_SHARE * taut
+        )
+        chord = taut * poses.normalized(along + slope[:, None] * UP)
+        lift = sag.below(chord, fractions)[:, None] * UP
+        place = np.repeat(passages.places[:, None], count, axis=1).reshape(-1, 3)
+        middle = place + lift - (fractions - 0.5)[:, None] * chord
+        middles.append(middle.reshape(-1, count, 3))
+        chords.append(chord.reshape(-1, count, 3))
+    # Both threads of a passage follow each other.
+    order = np.argsort(np.tile(np.arange(len(passages)), 2), kind="stable")
+    return Threads(np.concatenate(middles)[order], np.concatenate(chords)[order])
+
+
+def _depth(
+    problem: Problem,
+    places: Float64[np.ndarray, "p 3"],
+    ways: Float64[np.ndarray, "p 3"],
+    margin: float,
+    settings: ThreadSettings,
+) -> Float64[np.ndarray, "p"]:
+    """Distance from a place to the mouth of its passage along a way [m]."""
+    at = np.linspace(0.0, settings.max_depth, settings.depth_probes)
+    probes = places[:, None] + at[:, None] * ways[:, None]
+    opened = scene_distance(probes, problem.solid) > margin + settings.mouth
+    first = np.where(opened.any(axis=1), np.argmax(opened, axis=1), len(at) - 1)
+    return at[first]

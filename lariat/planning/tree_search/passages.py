@@ -1,0 +1,152 @@
+"""Narrow passages of a scene: places between obstacles, and directions in which a rope fits.
+
+A place is the middle of two points inside obstacles and is free itself (the bridge test of Hsu et
+al., ICRA 2003). It then moves to where a straight piece of rope has most room, and one of several
+passages that agree is kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.obstacles import scene_distance, signed_distance
+from lariat.planning.problem import Problem
+from lariat.planning.tree_search.settings import PassageSettings
+
+
+@dataclass(frozen=True)
+class Passages:
+    """Narrow passages."""
+
+    places: Float64[np.ndarray, "p 3"]
+    """Places [m]."""
+    directions: Float64[np.ndarray, "p 3"]
+    """Unit vectors along the rope."""
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+
+def find_passages(
+    problem: Problem,
+    low: Float64[np.ndarray, "3"],
+    high: Float64[np.ndarray, "3"],
+    margin: float,
+    random: np.random.Generator,
+    settings: PassageSettings,
+) -> Passages:
+    """Return the narrow passages in a box.
+
+    Args:
+        problem: Obstacles and rope.
+        low: Lowest corner of the box [m].
+        high: Highest corner [m].
+        margin: Distance that the rope's centreline keeps from obstacles [m].
+        random: Random numbers.
+        settings: Effort.
+    """
+    s = settings
+    inner = _points_inside(problem, low, high, random, s)
+    if not len(inner):
+        return Passages(inner, inner)
+    one, other = inner[random.integers(0, len(inner), (2, s.pairs))]
+    width = np.linalg.norm(other - one, axis=1)
+    near = (width > s.width_range[0]) & (width < s.width_range[1])
+    middle, way = 0.5 * (one + other)[near], (other - one)[near] / width[near, None]
+    # Those without room get some by the improvement, or are left out after it.
+    free = scene_distance(middle, problem.solid) > 0.0
+    middle, way = middle[free][: s.candidates], way[free][: s.candidates]
+    if not len(middle):
+        return Passages(middle, middle)
+    across = random.normal(size=(len(middle), s.directions, 3))
+    across -= np.sum(across * way[:, None], axis=2, keepdims=True) * way[:, None]
+    across = poses.normalized(across)
+    room = _room(problem, np.broadcast_to(middle[:, None], across.shape), across, s)
+    best = np.argmax(room, axis=1)
+    row = np.arange(len(middle))
+    along, room, places = across[row, best], room[row, best], middle
+    sigmas = (np.geomspace(*pair, s.improvements) for pair in (s.place_sigmas, s.direction_sigmas))
+    for place_sigma, direction_sigma in zip(*sigmas, strict=True):
+        # Across the rope alone: along it, the place would leave its passage.
+        shift = random.normal(scale=place_sigma, size=places.shape)
+        moved = places + shift - np.sum(shift * along, axis=1, keepdims=True) * along
+        turned = poses.normalized(along + random.normal(scale=direction_sigma, size=along.shape))
+        found = _room(problem, moved, turned, s)
+        better = (found > room) & (np.linalg.norm(moved - middle, axis=1) < s.max_shift)
+        places = np.where(better[:, None], moved, places)
+        along = np.where(better[:, None], turned, along)
+        room = np.where(better, found, room)
+    fits = room > margin
+    return _distinct(problem, places[fits], along[fits], s)
+
+
+def _room(
+    problem: Problem,
+    places: Float64[np.ndarray, "*b 3"],
+    directions: Float64[np.ndarray, "*b 3"],
+    settings: PassageSettings,
+) -> Float64[np.ndarray, "*b"]:
+    """Least distance of short straight pieces of rope from all obstacles [m]."""
+    reach = (
+        settings.probe_share
+        * problem.rod.properties.length
+        * np.linspace(-1.0, 1.0, settings.probes)
+    )
+    probes = places[..., None, :] + reach[:, None] * directions[..., None, :]
+    return scene_distance(probes, problem.solid).min(axis=-1)
+
+
+def _distinct(
+    problem: Problem,
+    places: Float64[np.ndarray, "p 3"],
+    directions: Float64[np.ndarray, "p 3"],
+    settings: PassageSettings,
+) -> Passages:
+    """Passages of which no two are alike, those that lead from one open space to another first."""
+    reach = settings.open_share * problem.rod.properties.length * np.array([-1.0, 0.0, 1.0])
+    probes = places[:, None] + reach[:, None] * directions[:, None]
+    depth = scene_distance(probes, problem.solid)
+    kept: list[int] = []
+    for k in np.argsort(depth[:, 1] - np.minimum(depth[:, 0], depth[:, 2]), kind="stable"):
+        apart = np.linalg.norm(places[kept] - places[k], axis=1) / settings.min_distance
+        cosine = np.clip(np.abs(directions[kept] @ directions[k]), 0.0, 1.0)
+        if np.all(apart + np.arccos(cosine) / settings.min_angle > 1.0):
+            kept.append(int(k))
+        if len(kept) == settings.count:
+            break
+    return Passages(places[kept], directions[kept])
+
+
+def _points_inside(
+    problem: Problem,
+    low: Float64[np.ndarray, "3"],
+    high: Float64[np.ndarray, "3"],
+    random: np.random.Generator,
+    settings: PassageSettings,
+) -> Float64[np.ndarray, "p 3"]:
+    """Random points inside the obstacles, as many in each [m]."""
+    s = settings
+    found = []
+    for obstacle in problem.solid:
+        if obstacle.shape == "half_space":
+            # Just below its surface.
+            points = random.uniform(low, high, (s.points, 3))
+            normal = poses.rotate(
+                np.array(obstacle.orientation), poses.normalized(np.array(obstacle.normal))
+            )
+            points -= (signed_distance(points, obstacle)[:, None] + 1e-3) * normal
+        else:
+            half = 0.5 * np.array(obstacle.size) + obstacle.radius
+            half[2] += 0.5 * obstacle.height
+            local = random.uniform(-half, half, (s.points, 3))
+            turned = np.broadcast_to(np.array(obstacle.orientation), (len(local), 4))
+            points = np.array(obstacle.position) + poses.rotate(turned, local)
+        near = np.all(
+            (points > low - s.width_range[1]) & (points < high + s.width_range[1]), axis=1
+        )
+        found.append(points[near & (signed_distance(points, obstacle) < 0.0)])
+    return np.concatenate(found) if found else np.zeros((0, 3))

@@ -1,0 +1,123 @@
+"""Samples towards which the trees grow: anywhere around the scene, and through narrow passages."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from lariat.geometry import poses
+from lariat.geometry.obstacles import scene_distance
+from lariat.planning.problem import Problem
+from lariat.planning.tree_search.grip_motion import GripMotion, Grips
+from lariat.planning.tree_search.passage_traversals import find_threads
+from lariat.planning.tree_search.passages import find_passages
+from lariat.planning.tree_search.sag import SagTable
+from lariat.planning.tree_search.settings import TreeSearchSettings
+from lariat.rod import EDGE_AXIS
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Places of the grips, without their orientations."""
+
+    middles: Float64[np.ndarray, "k 3"]
+    """Middles of the grips [m]."""
+    chords: Float64[np.ndarray, "k 3"]
+    """Vectors from the left to the right grip [m]."""
+    passing: Bool[np.ndarray, "k"]
+    """Whether a sample lies in a narrow passage."""
+
+
+class GripSampler:
+    """Random places of both grips, always the same for the same seed."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        motion: GripMotion,
+        sag: SagTable,
+        clearance: float,
+        seed: int,
+        settings: TreeSearchSettings,
+    ) -> None:
+        """Find the narrow passages of the scene.
+
+        Args:
+            problem: Start, goal, obstacles and workspace.
+            motion: Freedom of the ends.
+            sag: Sag of the rope.
+            clearance: Clearance of the rope on the way [m].
+            seed: Seed of the random numbers.
+            settings: Distribution of the samples.
+        """
+        self._problem, self._motion, self._sag, self._settings = problem, motion, sag, settings
+        self._random = np.random.default_rng([problem.seed, seed, 2])
+        length = problem.rod.properties.length
+        nodes = np.concatenate([problem.state.positions, problem.goal])
+        near = [
+            o
+            for o in problem.solid
+            if o.shape != "half_space" and scene_distance(nodes, [o]).min() < length
+        ]
+        centres = np.array([o.position for o in near]).reshape(-1, 3)
+        centres = np.clip(centres, nodes.min(axis=0) - length, nodes.max(axis=0) + length)
+        around = np.concatenate([nodes, centres])
+        low, high = np.array(problem.limits.workspace)
+        low = np.maximum(around.min(axis=0) - settings.margin_around, low)
+        high = np.minimum(around.max(axis=0) + settings.margin_around + 0.5 * length, high)
+        self._low, self._high = low, high
+        margin = clearance + problem.radius
+        self._passages = find_passages(problem, low, high, margin, self._random, settings.passages)
+        self.threads = find_threads(
+            problem, self._passages, sag, margin, settings.step, settings.threads
+        )
+        """Motions lengthwise through the narrow passages of the scene."""
+
+    def sample(self, count: int) -> Samples:
+        """Return random places of the grips.
+
+        Args:
+            count: Number of samples.
+        """
+        s, random = self._settings, self._random
+        middles = random.uniform(self._low, self._high, (count, 3))
+        directions = poses.normalized(random.normal(size=(count, 3)) * np.array([1.0, 1.0, 0.6]))
+        taut = random.random(count) < s.taut_share
+        passing = random.random(count) < s.passage_share * (len(self._passages) > 0)
+        which = random.integers(0, max(len(self._passages), 1), count)[passing]
+        sign = random.choice([-1.0, 1.0], (len(which), 1))
+        directions[passing] = sign * self._passages.directions[which]
+        taut[passing] = True
+        shares = np.where(
+            taut, random.uniform(*s.taut_range, count), random.uniform(*s.slack_range, count)
+        )
+        chords = (shares * self._problem.longest_grip_distance)[:, None] * directions
+        offset = random.uniform(-s.passing_range, s.passing_range, (len(which), 1))
+        places = self._passages.places[which] + offset * chords[passing]
+        # The rope, not the line between its grips, passes through the middle of the passage.
+        sags = self._sag.below(chords[passing], 0.5 - offset[:, 0])
+        middles[passing] = places + sags[:, None] * np.array([0.0, 0.0, 1.0])
+        return Samples(middles, chords, passing)
+
+    def grips(self, samples: Samples, like: Grips) -> Grips:
+        """Return the grips of samples, which hold the rope like given ones.
+
+        Some of them are tilted; in a narrow passage they point along the rope.
+
+        Args:
+            samples: Places of the grips.
+            like: Grips from which a tree grows towards each sample.
+        """
+        s, random, count = self._settings, self._random, len(samples.middles)
+        found = self._motion.placed(samples.middles, samples.chords, like)
+        rotates = self._motion.moves[:, 3:].any(axis=1)[None, :, None]
+        tilts = random.normal(scale=s.tilt, size=(count, 2, 3))
+        tilts *= (random.random((count, 1, 1)) < s.tilt_share) & rotates
+        turned = poses.multiply(poses.exponential(tilts), found.orientations)
+        axes = poses.rotate(found.orientations, np.broadcast_to(EDGE_AXIS, (count, 2, 3)))
+        along = np.broadcast_to(poses.normalized(samples.chords)[:, None], axes.shape)
+        aligned = poses.multiply(poses.rotation_between(axes, along), found.orientations)
+        aligned = np.where(rotates, aligned, found.orientations)
+        return Grips(found.positions, np.where(samples.passing[:, None, None], aligned, turned))

@@ -1,0 +1,384 @@
+"""Bidirectional tree search for a path of both grips.
+
+Two trees of shapes grow towards random places of the grips, one from the start and one from the
+goal, and towards each other (RRT-Connect: Kuffner & LaValle, ICRA 2000). Between two nodes the
+grips turn and move at once and a coarse rod follows at rest, so that every shape sags, bends and is
+wound as the rope is. The number of iterations is limited, not the time: the result depends on the
+problem and its seed alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import polylines, poses
+from lariat.geometry.poses import Pose
+from lariat.planning.problem import Problem
+from lariat.planning.tree_search.grip_motion import GripMotion, Grips
+from lariat.planning.tree_search.sag import SagTable
+from lariat.planning.tree_search.sampling import GripSampler, Samples
+from lariat.planning.tree_search.settings import TREE_SEARCH_SETTINGS, TreeSearchSettings
+from lariat.planning.tree_search.shape_check import ShapeCheck
+from lariat.planning.tree_search.tree import ShapeTree
+from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns, state_along
+
+STEP_TIME = 0.4
+"""Duration of a step of the coarse rod [s], long against its swing, so that it follows at rest."""
+ROD_TOLERANCE = 1e-5
+"""Tolerance of the coarse rod's solver [m]."""
+
+
+@dataclass(frozen=True)
+class TreePath:
+    """Path found by the trees."""
+
+    reaches_goal: bool
+    """Whether it leads to the goal."""
+    grips: Grips
+    """Places of both grips from the start to the goal, or to the nearest shape that was reached."""
+    end_nodes: Float64[np.ndarray, "n 3"]
+    """Nodes of the coarse rope at its end [m]."""
+    step_lengths: Float64[np.ndarray, "w-1"]
+    """Motion of the grips from place to place, rotation included [m]."""
+    iterations: int
+    """Number of iterations that were needed."""
+
+
+class TreeSearch:
+    """Search of one problem."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        clearance: float,
+        seed: int = 0,
+        settings: TreeSearchSettings = TREE_SEARCH_SETTINGS,
+    ) -> None:
+        """Prepare both trees.
+
+        Args:
+            problem: Start, goal and obstacles.
+            clearance: Clearance on the way, near start and goal excepted [m].
+            seed: Seed of the samples, in addition to the problem's.
+            settings: Resolution, effort and samples.
+
+        Raises:
+            ValueError: The rope has no shape at rest at the goal.
+        """
+        self._problem, self._settings = problem, settings
+        properties = problem.rod.properties
+        least, most = settings.node_counts
+        wanted = 1 + round(properties.length / settings.edge_length)
+        count = min(int(np.clip(wanted, least, most)), problem.rod.node_count)
+        self._rod = Rod(properties, count, tolerance=ROD_TOLERANCE)
+        self._supports = problem.packed_supports
+        self._motion = GripMotion(problem.moves, properties.length / (2.0 * np.pi))
+        goal_grips = problem.feasible_goal_grips
+        start = self._state(problem.state.positions, problem.grips, count_turns(problem.state))
+        goal = self._state(problem.goal, goal_grips, problem.turns)
+        self._goal = goal
+        roots = (Grips.of(problem.grips), start), (Grips.of(goal_grips), goal)
+        self._trees = [ShapeTree(self._motion, grips, state) for grips, state in roots]
+        self._check = ShapeCheck(
+            problem, clearance, [(state.positions, grips) for grips, state in roots], settings
+        )
+        self._sampler = GripSampler(
+            problem, self._motion, SagTable(self._rod), clearance, seed, settings
+        )
+        self._random = np.random.default_rng([problem.seed, seed, 3])
+        self._open_threads = [list(range(len(self._sampler.threads))) for _ in self._trees]
+        """Threads through which each tree has not been led."""
+
+    def run(self) -> TreePath:
+        """Return the path found, or a path to the nearest shape that was reached."""
+        s = self._settings
+        found = self._connect(0, np.array([0]))
+        for iteration in range(s.max_iterations):
+            if found is not None:
+                return self._path(True, self._shortened(found), self._goal.positions, iteration)
+            side = iteration % 2
+            for grow in (self._thread, self._grow):
+                new = grow(side)
+                found = self._connect(side, new) if found is None and len(new) else found
+        near, tree = self._problem.goal, self._trees[0]
+        coarse = polylines.resample_smooth(near, self._rod.node_count)
+        index = int(np.argmin(tree.mean_distances(coarse)))
+        branch = tree.branch(index)
+        grips = tree.grips[branch] if len(branch) > 1 else tree.grips[[0, 0]]
+        return self._path(False, grips, tree.states[index].positions, s.max_iterations)
+
+    def _path(
+        self, reaches: bool, grips: Grips, end: Float64[np.ndarray, "n 3"], iterations: int
+    ) -> TreePath:
+        lengths = self._motion.length(grips[:-1], grips[1:])
+        return TreePath(reaches, grips, end, lengths, iterations)
+
+    def _state(
+        self, nodes: Float64[np.ndarray, "n 3"], grips: tuple[Pose, Pose], turns: int
+    ) -> RodState:
+        """Coarse rod at rest between two grips, in a given shape with given turns of twist."""
+        coarse = polylines.resample_smooth(nodes, self._rod.node_count)
+        guess = state_along(coarse, grips[0].orientation, grips[1].orientation)
+        if turns:
+            guess = add_turns(guess, turns)
+        return self._rod.rest(*grips, guess=guess, obstacles=self._supports).state
+
+    def _grow(self, side: int) -> np.ndarray:
+        """Grow a tree towards samples; return the last new nodes of its branches."""
+        s, tree = self._settings, self._trees[side]
+        samples = self._sampler.sample(s.batch)
+        root = tree.grips[np.zeros(s.batch, dtype=int)]
+        rough = self._motion.placed(samples.middles, samples.chords, root)
+        nearest = tree.nearest(rough, turning=False)
+        targets = self._sampler.grips(samples, tree.grips[nearest])
+        last, _ = self._extend(side, nearest, targets)
+        return np.unique(last[last != nearest])
+
+    def _thread(self, side: int) -> np.ndarray:
+        """Grow a tree to the mouths of narrow passages, and lengthwise through them.
+
+        Returns:
+            Last new nodes of its branches.
+        """
+        s, tree, waiting = self._settings, self._trees[side], self._open_threads[side]
+        first = len(tree) == 1
+        some = waiting if first else waiting[: s.threads.per_iteration]
+        if not some:
+            return np.zeros(0, dtype=int)
+        threads, travel = self._sampler.threads, slice(None, None, 1 if side == 0 else -1)
+        middles, chords = threads.middles[some, travel], threads.chords[some, travel]
+        mouths = Samples(middles[:, 0], chords[:, 0], np.ones(len(some), dtype=bool))
+        nearest = tree.nearest(
+            self._motion.placed(mouths.middles, mouths.chords, tree.grips[np.zeros_like(some)]),
+            turning=False,
+        )
+        targets = self._sampler.grips(mouths, tree.grips[nearest])
+        last, arrived = nearest.copy(), np.zeros(len(some), dtype=bool)
+        going = ~arrived
+        for _ in range(s.max_connection_extensions if first else 1):
+            before = last[going]
+            last[going], arrived[going] = self._extend(side, before, targets[going])
+            going[going] = (last[going] != before) & ~arrived[going]
+            if not going.any():
+                break
+        if arrived.any():
+            last[arrived] = self._led_through(
+                side, last[arrived], targets[arrived], middles[arrived], chords[arrived]
+            )
+        done = {k for k, there in zip(some, arrived, strict=True) if there}
+        # The others wait for a larger tree, each for its turn.
+        self._open_threads[side] = [k for k in (*waiting[len(some) :], *some) if k not in done]
+        return np.unique(last[last != nearest])
+
+    def _led_through(
+        self,
+        side: int,
+        nodes: np.ndarray,
+        mouths: Grips,
+        middles: Float64[np.ndarray, "k m 3"],
+        chords: Float64[np.ndarray, "k m 3"],
+    ) -> np.ndarray:
+        """Grow branches from mouths along threads, as far as all shapes are clear."""
+        tree, (count, places) = self._trees[side], middles.shape[:2]
+        steps = places - 1
+        like = mouths[np.repeat(np.arange(count), steps)]
+        grips = self._motion.placed(
+            middles[:, 1:].reshape(-1, 3), chords[:, 1:].reshape(-1, 3), like
+        )
+        states, clear = self._rolled([tree.states[k] for k in nodes], mouths, grips)
+        last = nodes.copy()
+        for b in range(count):
+            for h in range(steps if clear[b].all() else int(np.argmin(clear[b]))):
+                k = b * steps + h
+                last[b] = tree.add(int(last[b]), grips[k : k + 1], states(b, h))
+        return last
+
+    def _connect(self, side: int, new: np.ndarray) -> Grips | None:
+        """Grow the other tree towards new nodes; return the path if they meet."""
+        s, tree, other = self._settings, self._trees[side], self._trees[1 - side]
+        targets = tree.grips[new]
+        nearest = other.nearest(targets, turning=True)
+        away = self._motion.length(targets, other.grips[nearest])
+        order = np.argsort(away, kind="stable")[: s.connections]
+        new, here = new[order], nearest[order]
+        for _ in range(s.max_connection_extensions):
+            last, arrived = self._extend(1 - side, here, tree.grips[new])
+            for node, at in zip(new[arrived], last[arrived], strict=True):
+                found = self._joined(side, int(node), int(at))
+                if found is not None:
+                    return found
+            going = (last != here) & ~arrived
+            if not going.any():
+                break
+            new, here = new[going], last[going]
+        return None
+
+    def _joined(self, side: int, node: int, at: int) -> Grips | None:
+        """Path through nodes of both trees between the same grips, if its shapes agree."""
+        tree, other = self._trees[side], self._trees[1 - side]
+        one, two = tree.states[node], other.states[at]
+        apart = polylines.mean_node_distance(one.positions, two.positions)
+        if apart > self._settings.same_shape or count_turns(one) != count_turns(two):
+            return None
+        at_start, at_goal = (node, at) if side == 0 else (at, node)
+        grips = Grips.joined(
+            self._trees[0].grips[self._trees[0].branch(at_start)],
+            self._trees[1].grips[self._trees[1].branch(at_goal)[:-1][::-1]],
+        )
+        states, clear = self._followed(self._trees[0].states[0], grips)
+        end = polylines.mean_node_distance(states[-1].positions, self._goal.positions)
+        return grips if clear and end < self._settings.same_shape else None
+
+    def _extend(
+        self, side: int, nodes: np.ndarray, targets: Grips
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Grow branches from nodes towards targets, as far as all shapes are clear.
+
+        Returns:
+            Last node of each branch, and whether it is at its target.
+        """
+        s, tree = self._settings, self._trees[side]
+        start = tree.grips[nodes]
+        counts = np.maximum(np.ceil(self._motion.length(start, targets) / s.step), 1.0)
+        shares = np.minimum(np.arange(1, s.steps_per_extension + 1) / counts[:, None], 1.0)
+        grips = self._motion.between(start, targets, shares)
+        states, clear = self._rolled([tree.states[k] for k in nodes], start, grips)
+        last, arrived = nodes.copy(), np.zeros(len(nodes), dtype=bool)
+        for b in range(len(nodes)):
+            for h in range(s.steps_per_extension):
+                if not clear[b, h] or arrived[b]:
+                    break
+                k = b * s.steps_per_extension + h
+                last[b] = tree.add(int(last[b]), grips[k : k + 1], states(b, h))
+                arrived[b] = shares[b, h] >= 1.0
+        return last, arrived
+
+    def _rolled(self, begin: list[RodState], start: Grips, grips: Grips):
+        """Roll rods out along motions, in one launch.
+
+        Args:
+            begin: Rods at the beginning of each motion.
+            start: Grips there.
+            grips: Grips after each step, motion by motion.
+
+        Returns:
+            A function that returns a state, and whether each step is clear.
+        """
+        count = len(begin)
+        steps = len(grips) // count
+        positions = grips.positions.reshape(count, steps, 2, 3)
+        orientations = grips.orientations.reshape(count, steps, 2, 4)
+        before = np.concatenate([start.positions[:, None], positions[:, :-1]], axis=1)
+        turned = np.concatenate([start.orientations[:, None], orientations[:, :-1]], axis=1)
+        rotations = poses.logarithm(poses.multiply(orientations, poses.conjugate(turned)))
+        actions = np.concatenate([positions - before, rotations], axis=3) / STEP_TIME
+        rollouts = self._rod.rollout(
+            RolloutSpec(begin, actions, STEP_TIME, obstacles=self._supports)
+        )
+        nodes = np.stack([r.positions for r in rollouts])
+        first = np.stack([state.positions for state in begin])[:, None]
+        previous = np.concatenate([first, nodes[:, :-1]], axis=1)
+        moved = np.linalg.norm(nodes - previous, axis=3).max(axis=2)
+        flat = nodes.reshape(count * steps, -1, 3)
+        half = 0.5 * (nodes + previous).reshape(count * steps, -1, 3)
+        middle = Grips(
+            0.5 * (positions + before).reshape(-1, 2, 3),
+            poses.normalized((orientations + turned).reshape(-1, 2, 4)),
+        )
+        both = self._check.clear(np.concatenate([flat, half]), Grips.joined(grips, middle))
+        clear = (both[: len(flat)] & both[len(flat) :]).reshape(count, steps)
+        clear &= moved < self._settings.jump * self._settings.step
+        clear &= np.stack([r.converged for r in rollouts])
+
+        def state(b: int, h: int) -> RodState:
+            r = rollouts[b]
+            return RodState(
+                r.positions[h],
+                r.orientations[h],
+                np.zeros_like(r.final.velocities),
+                np.zeros_like(r.final.angular_velocities),
+            )
+
+        return state, clear
+
+    def _followed(self, begin: RodState, grips: Grips) -> tuple[list[RodState], bool]:
+        """Rod along a path from its first place, and whether all shapes are clear."""
+        steps = len(grips) - 1
+        positions, q = grips.positions, grips.orientations
+        rotations = poses.logarithm(poses.multiply(q[1:], poses.conjugate(q[:-1])))
+        actions = np.concatenate([np.diff(positions, axis=0), rotations], axis=2) / STEP_TIME
+        rollout = self._rod.rollout(
+            RolloutSpec(begin, actions, STEP_TIME, obstacles=self._supports)
+        )
+        still = np.zeros_like(begin.velocities), np.zeros_like(begin.angular_velocities)
+        states = [begin] + [
+            RodState(rollout.positions[k], rollout.orientations[k], *still) for k in range(steps)
+        ]
+        clear = self._check.clear(rollout.positions, grips[1:])
+        return states, bool(clear.all() and rollout.converged.all())
+
+    def _shortened(self, grips: Grips) -> Grips:
+        """Path with random shortcuts wherever the rope can take them."""
+        s = self._settings
+        for _ in range(s.shortcut_rounds):
+            states, _ = self._followed(self._trees[0].states[0], grips)
+            count = len(grips)
+            if count < 4:
+                break
+            pairs = np.sort(self._random.integers(0, count, (s.shortcut_batch, 2)), axis=1)
+            pairs = pairs[pairs[:, 1] - pairs[:, 0] > 1]
+            if not len(pairs):
+                continue
+            start, target = grips[pairs[:, 0]], grips[pairs[:, 1]]
+            counts = np.maximum(np.ceil(self._motion.length(start, target) / s.step), 1).astype(int)
+            shorter = counts < pairs[:, 1] - pairs[:, 0]
+            pairs, counts = pairs[shorter], counts[shorter]
+            if not len(pairs):
+                continue
+            start, target = grips[pairs[:, 0]], grips[pairs[:, 1]]
+            shares = np.minimum(np.arange(1, counts.max() + 1) / counts[:, None], 1.0)
+            steps = self._motion.between(start, target, shares)
+            state, clear = self._rolled([states[k] for k in pairs[:, 0]], start, steps)
+            gains = pairs[:, 1] - pairs[:, 0] - counts
+            for b in np.argsort(-gains, kind="stable"):
+                end = state(b, counts.max() - 1)
+                same = polylines.mean_node_distance(end.positions, states[pairs[b, 1]].positions)
+                if not clear[b].all() or same > s.same_shape:
+                    continue
+                first = b * counts.max()
+                cut = Grips.joined(
+                    grips[: pairs[b, 0] + 1],
+                    steps[first : first + counts[b]],
+                    grips[pairs[b, 1] + 1 :],
+                )
+                after, whole = self._followed(self._trees[0].states[0], cut)
+                miss = polylines.mean_node_distance(after[-1].positions, self._goal.positions)
+                if whole and miss < s.same_shape:
+                    grips = cut
+                    break
+        return grips
+
+
+def pose_displacements(
+    grips: Grips, lengths: Float64[np.ndarray, "w-1"], blocks: int
+) -> Float64[np.ndarray, "k 2 6"]:
+    """Return a path as displacements in blocks of equal length: translation [m], rotation [rad].
+
+    Args:
+        grips: Places of both grips.
+        lengths: Motion from place to place [m].
+        blocks: Number of blocks.
+    """
+    at = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, 1e-9))])
+    wanted = np.linspace(0.0, at[-1], blocks + 1)
+    before = np.clip(np.searchsorted(at, wanted, side="right") - 1, 0, len(lengths) - 1)
+    share = ((wanted - at[before]) / (at[before + 1] - at[before]))[:, None, None]
+    positions, q = grips.positions, grips.orientations
+    places = (1.0 - share) * positions[before] + share * positions[before + 1]
+    turn = poses.logarithm(poses.multiply(q[before + 1], poses.conjugate(q[before])))
+    turned = poses.multiply(poses.exponential(share * turn), q[before])
+    rotations = poses.logarithm(poses.multiply(turned[1:], poses.conjugate(turned[:-1])))
+    return np.concatenate([np.diff(places, axis=0), rotations], axis=2)

@@ -1,9 +1,0 @@
-"""Rod of the paper: position-based Cosserat dynamics (Ying & Yamazaki 2024, Algorithm 1)."""
-
-from __future__ import annotations
-
-from lariat.rod.xpbd.parameters import PARAMETERS
-from lariat.rod.xpbd.properties import XpbdProperties
-from lariat.rod.xpbd.rod import XpbdRod
-
-__all__ = ["PARAMETERS", "XpbdProperties", "XpbdRod"]

@@ -1,0 +1,190 @@
+"""Table of the causes of a stop.
+
+`docs/concepts/safety.md` shows it, the state machine uses it, and tests check every row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from lariat.safety.constraints.rule import Rule
+
+StopKind = Literal["none", "jerk-limited", "by the arm", "undocumented"]
+Resumption = Literal[
+    "by itself", "after resuming", "after an approach", "after acknowledgement", "after arming"
+]
+"""Condition for moving again; after an acknowledgement a person must also resume."""
+
+
+@dataclass(frozen=True)
+class StopCause:
+    """Row of the table."""
+
+    description: str
+    """Event that stops the cell."""
+    detection: str
+    """Means of detection, and the time that it takes."""
+    stop: StopKind
+    """Way in which the commanded motion ends."""
+    resumes: Resumption
+    """Condition for moving again."""
+    recovery: str
+    """Actions before or after moving again."""
+    rule: Rule | None = None
+    """Rule that is broken, if any."""
+
+
+STOP_CAUSES: dict[str, StopCause] = {
+    "boot": StopCause(
+        "the gateway started", "at once", "none", "after arming", "a new boot id, no writer"
+    ),
+    "disarm": StopCause(
+        "a person disarms", "at the next tick, 8 ms", "jerk-limited", "after arming", "no writer"
+    ),
+    "acknowledged": StopCause(
+        "a person has acknowledged a stop",
+        "at once",
+        "none",
+        "after resuming",
+        "the arms stand and are made ready; the writer that the person named",
+    ),
+    "consent": StopCause(
+        "the sign of life of the person who lets the arms approach the start has ended",
+        "80 ms after the last one",
+        "jerk-limited",
+        "after an approach",
+        "an approach over the distance that is left",
+    ),
+    "unfinished_approach": StopCause(
+        "a person has acknowledged a stop that left the arms on their way to the start",
+        "at once",
+        "none",
+        "after an approach",
+        "an approach over the distance that is left",
+    ),
+    "person": StopCause(
+        "a person holds", "at the next tick", "jerk-limited", "after acknowledgement", "a new chunk"
+    ),
+    "writer_holds": StopCause(
+        "the controller holds (paused, rope lost)",
+        "at the next tick",
+        "jerk-limited",
+        "by itself",
+        "its next chunk",
+    ),
+    "silence": StopCause(
+        "no fresh setpoints: controller, bus or network dead or stopped",
+        "braking after 50 ms without a fresh chunk, by local receipt; held after 100 ms",
+        "jerk-limited",
+        "after acknowledgement",
+        "the next chunk of the same writer",
+        "fresh",
+    ),
+    "new_writer": StopCause(
+        "setpoints of another writer session when the followed one is silent (the controller was "
+        "restarted)",
+        "at its first chunk, 0.5 s after the last one of the former writer",
+        "jerk-limited",
+        "after acknowledgement",
+        "the new writer's chunk; the old one's are refused",
+        "ordered",
+    ),
+    "second_gateway": StopCause(
+        "another gateway publishes the state of this cell's arms",
+        "at its first message",
+        "jerk-limited",
+        "after acknowledgement",
+        "only when the other one has been silent for a second",
+    ),
+    "refused": StopCause(
+        "a chunk breaks a rule",
+        "when it arrives, before anything follows it",
+        "none",
+        "by itself",
+        "the chunk before runs to its resting end; the next good one is followed",
+    ),
+    "boundary": StopCause(
+        "the stop after the next step would break a rule (an obstacle appeared, the rope is taut)",
+        "before the step is taken",
+        "jerk-limited",
+        "by itself",
+        "the same chunk, as far as the rule permits",
+    ),
+    "left_behind": StopCause(
+        "the command fell too far behind its chunk",
+        "at the next tick",
+        "jerk-limited",
+        "by itself",
+        "a new chunk from where the arm is",
+        "step",
+    ),
+    "stalled": StopCause(
+        "the gateway was suspended for more than 100 ms",
+        "at the first tick after; the guard of a moving CR5 stops it after 100 ms",
+        "by the arm",
+        "after acknowledgement",
+        "the pose is read; the rest of the old motion is never sent",
+        "fresh",
+    ),
+    "tracking": StopCause(
+        "the arm is not where it is commanded to be",
+        "from its feedback, 8 ms",
+        "jerk-limited",
+        "after acknowledgement",
+        "a new chunk from where the arm is",
+        "step",
+    ),
+    "measured": StopCause(
+        "measured poses or joints of the arms break a rule that their commands keep",
+        "from their feedback, 8 ms",
+        "jerk-limited",
+        "after acknowledgement",
+        "a new chunk from where the arms are; nothing may get worse",
+    ),
+    "pulled": StopCause(
+        "the contact force of an arm exceeds its limit: the rope is taut or caught",
+        "from the force in its feedback, its mean over 0.1 s",
+        "jerk-limited",
+        "after acknowledgement",
+        "a new chunk; the force may not grow until it is below the limit",
+        "overstretch",
+    ),
+    "alarm": StopCause(
+        "the arm reports an alarm, a collision, an emergency stop, power off, a blocked queue or "
+        "another operator; its guard has stopped it",
+        "from its feedback, 8 ms",
+        "by the arm",
+        "after acknowledgement",
+        "errors are read and cleared, the arm enabled, its pose read; old motion is never replayed",
+    ),
+    "lost_link": StopCause(
+        "no feedback of the arm for 100 ms, or a socket closed",
+        "100 ms",
+        "by the arm",
+        "after acknowledgement",
+        "connection with back-off, the whole handshake, the pose; never old motion",
+        "lost_link",
+    ),
+    "gateway_dies": StopCause(
+        "the gateway process dies",
+        "at once, by the guard of a CR5",
+        "by the arm",
+        "after arming",
+        "the guard takes the arm's power; the next gateway is armed by a person",
+    ),
+}
+
+
+def markdown() -> str:
+    """Return the table as it stands in `docs/concepts/safety.md`."""
+    head = (
+        "| cause | description | detection | stop | resumes | recovery | rule |\n"
+        "|---|---|---|---|---|---|---|"
+    )
+    rows = [
+        f"| `{name}` | {c.description} | {c.detection} | {c.stop} | {c.resumes} | {c.recovery} | "
+        f"{f'`{c.rule}`' if c.rule else ''} |"
+        for name, c in STOP_CAUSES.items()
+    ]
+    return "\n".join([head, *rows])

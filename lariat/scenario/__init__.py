@@ -1,0 +1,122 @@
+"""Scenarios: TOML files with the rope, cell, obstacles, goal and settings of a run.
+
+`load` reads and checks a file. `stack.preflight` checks the rest, which takes the rod: whether the
+rope at rest touches an obstacle.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from lariat.configuration import ConfigurationError, read
+from lariat.files.bounded_file import read_file
+from lariat.files.file_kind import TEXT_KINDS, kind_of
+from lariat.scenario.aliases import with_current_keys
+from lariat.scenario.checks import check
+from lariat.scenario.scenario import Scenario
+from lariat.scenario.sections import SIDES, Event, Obstacle, Rope, Shape, Side
+from lariat.scenario.shipped import find
+from lariat.version import SCENARIO_VERSION
+
+__all__ = [
+    "MAX_SCENARIO_SIZE",
+    "SIDES",
+    "ConfigurationError",
+    "Event",
+    "Obstacle",
+    "Rope",
+    "Scenario",
+    "Shape",
+    "Side",
+    "find",
+    "load",
+    "parse",
+]
+
+SUFFIX = ".toml"
+"""Suffix of a scenario's file."""
+MAX_SCENARIO_SIZE = 2**20
+"""Largest scenario file [bytes]."""
+MAX_HELD_SHARE = 0.5
+"""Largest share of a rope's length that lies in its grippers [-]."""
+
+
+def load(path: Path | str) -> Scenario:
+    """Read and check a scenario file.
+
+    Args:
+        path: The file, or the short name of a shipped scenario (see `find`).
+
+    Raises:
+        ConfigurationError: The file cannot be read or a value in it is wrong.
+    """
+    path = find(path)
+    try:
+        text = read_file(path, MAX_SCENARIO_SIZE).decode()
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(
+            f"cannot read scenario {path}: it is {kind_of(path)}, not a TOML file"
+        ) from error
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(f"cannot read scenario {path}: {error}") from error
+    named = path.suffix == SUFFIX or path.suffix not in TEXT_KINDS
+    source = str(path) if named else f"{path} is {kind_of(path)}"
+    return parse(text, folder=path.parent, source=source)
+
+
+def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:
+    """Read and check the text of a scenario.
+
+    Args:
+        text: Content of a TOML file.
+        folder: Folder of its CSV files.
+        source: Name of the text in errors.
+
+    Raises:
+        ConfigurationError: The text is not TOML or a value in it is wrong.
+    """
+    try:
+        table = with_current_keys(tomllib.loads(text))
+    except ConfigurationError:
+        raise
+    except ValueError as error:
+        raise ConfigurationError(f"{source}: not valid TOML: {error}") from error
+    except RecursionError as error:
+        raise ConfigurationError(f"{source}: not valid TOML: nested too deeply") from error
+    for key in ("folder", "text"):
+        if key in table:
+            raise ConfigurationError(f"unknown key {key!r} in [top level]; remove it")
+    _check_version(table, source)
+    scenario = read(Scenario, table)
+    scenario = replace(scenario, rope=_rope_between_grips(scenario), folder=folder, text=text)
+    check(scenario)
+    return scenario
+
+
+def _rope_between_grips(scenario: Scenario) -> Rope:
+    """Return the rope without what lies in the grippers."""
+    held, rope = scenario.held_length, scenario.rope
+    for key, length in (("rope", rope.length), ("plant.rope", scenario.plant.rope.length)):
+        if length is not None and held > MAX_HELD_SHARE * length:
+            raise ConfigurationError(
+                f"ends.left.grip_length + ends.right.grip_length = {held:g} m is more than "
+                f"{MAX_HELD_SHARE:g} of {key}.length = {length:g} m; the length of a rope includes "
+                "what lies in its grippers"
+            )
+    try:
+        return replace(rope, length=rope.length - held)
+    except ValueError as error:
+        raise ConfigurationError(f"[rope] between its grips: {error}") from error
+
+
+def _check_version(table: dict[str, Any], source: str) -> None:
+    """Refuse a newer file by its version, before its new keys are reported as unknown."""
+    version = table.get("version", SCENARIO_VERSION)
+    if isinstance(version, int) and version > SCENARIO_VERSION:
+        raise ConfigurationError(
+            f"{source}: version = {version} is newer than this Lariat, which reads scenarios up to "
+            f"version {SCENARIO_VERSION}; update Lariat"
+        )

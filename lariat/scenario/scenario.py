@@ -1,0 +1,246 @@
+"""Scenario: all sections of a file, and quantities derived from several of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from lariat.configuration import Bounds, ConfigurationError
+from lariat.files.bounded_file import path_inside, read_file
+from lariat.geometry import obstacles as geometry
+from lariat.geometry import polylines, poses
+from lariat.geometry.obstacle_motion import ObstacleMotion
+from lariat.geometry.poses import Pose
+from lariat.scenario.cameras import CameraSetup, PlacedCamera, camera_setups
+from lariat.scenario.distractors import Distractor
+from lariat.scenario.sections import (
+    SIDES,
+    Control,
+    End,
+    Ends,
+    Event,
+    Limits,
+    Obstacle,
+    Plant,
+    Quaternion,
+    Recording,
+    Region,
+    Rope,
+    Run,
+    Sensing,
+    Shape,
+    Side,
+)
+from lariat.version import SCENARIO_VERSION
+
+MAX_NODES_FILE_SIZE = 4 * 2**20
+"""Largest CSV file of nodes [bytes]."""
+MAX_LENGTH_ERROR = 0.03
+"""Largest deviation of a shape's length from that of what it describes, relative to this [-]."""
+CUT_REFINEMENT = 4
+"""Nodes into which each node of a whole rope's shape is resampled before a part is cut out [-]."""
+MAX_COORDINATE = 100.0
+"""Largest coordinate of a node in a file [m]."""
+PLANT_EDGES = 3
+"""Edges of the simulated rope for each edge of the controller's, by default [-]."""
+LIVE_PLANT_EDGES = {"rod": 3, "mujoco": 2, "links": 1}
+"""The same in a live stack by `plant.model`: what two cores simulate in real time [-]."""
+LEVEL_GRIP = np.array([0.5, 0.5, 0.5, 0.5])
+"""Orientation of a grip that points along the world's x: grip x, y, z are world y, z, x."""
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Content of a scenario file."""
+
+    name: str
+    """Name of the scenario."""
+    rope: Rope
+    """Rope between the grips: `length` is without what lies in the grippers."""
+    start: Shape
+    goal: Shape
+    description: str = ""
+    """One line on its purpose."""
+    version: Annotated[int, Bounds(1, SCENARIO_VERSION)] = SCENARIO_VERSION
+    """Version of the file's keys; a file of a newer version is refused."""
+    seed: int = 0
+    """Seed of all random numbers."""
+    plant: Plant = Plant()
+    ends: Ends = Ends()
+    table: bool = True
+    """Whether there is a table at z = 0."""
+    obstacles: tuple[Obstacle, ...] = ()
+    keep_in: tuple[Region, ...] = ()
+    """Regions that the rope must not leave; a run does not change them."""
+    sensing: Sensing = Sensing()
+    cameras: dict[str, PlacedCamera] = field(default_factory=dict, hash=False)
+    """Cameras by name, if there are several; by default the one that `[sensing]` places."""
+    control: Control = Control()
+    limits: Limits = Limits()
+    run: Run = Run()
+    recording: Recording = Recording()
+    next_goals: tuple[Shape, ...] = ()
+    """Goals that follow `goal` in a run, each when the rope rests at the one before it."""
+    events: tuple[Event, ...] = ()
+    distractors: tuple[Distractor, ...] = ()
+    folder: Path = field(default=Path(), compare=False)
+    """Folder of the file and its CSV files."""
+    text: str = field(default="", compare=False, repr=False)
+    """Text of the file, for recordings."""
+
+    @property
+    def bodies(self) -> tuple[geometry.Obstacle, ...]:
+        """Obstacles as geometric bodies, with the table."""
+        listed = tuple(o.body(k) for k, o in enumerate(self.obstacles))
+        return (geometry.TABLE, *listed) if self.table else listed
+
+    @property
+    def regions(self) -> tuple[geometry.Obstacle, ...]:
+        """Regions that the rope must not leave, as obstacles for the rope alone."""
+        return tuple(region.body(k) for k, region in enumerate(self.keep_in))
+
+    @property
+    def marked_obstacles(self) -> dict[str, Obstacle]:
+        """Obstacles by name whose poses perception finds by their markers."""
+        if self.sensing.source != "camera":
+            return {}
+        named = ((o.body(k).name, o) for k, o in enumerate(self.obstacles))
+        return {name: o for name, o in named if o.marker is not None}
+
+    def obstacle_motions(self, start: float = 0.0) -> tuple[ObstacleMotion, ...]:
+        """Return the motions of the obstacles that have a path.
+
+        Args:
+            start: Start of the run [s].
+        """
+        named = ((o.body(k).name, o) for k, o in enumerate(self.obstacles))
+        return tuple(o.motion(name, start) for name, o in named if o.path)
+
+    @property
+    def held_length(self) -> float:
+        """Length of the rope that lies in both grippers [m]."""
+        return self.ends.left.grip_length + self.ends.right.grip_length
+
+    @property
+    def plant_rope(self) -> Rope:
+        """Rope of the simulation between its grips: `rope` with the differences in `plant.rope`."""
+        hidden = self.plant.rope
+        own = vars(self.rope) | {"node_count": PLANT_EDGES * (self.rope.node_count - 1) + 1}
+        given = {k: v for k, v in vars(hidden).items() if k in own and v is not None}
+        if hidden.length is not None:
+            given["length"] = hidden.length - self.held_length
+        return Rope(**own | given)
+
+    @property
+    def live(self) -> Scenario:
+        """The scenario with a simulated rope for real time, where it leaves its nodes open."""
+        if self.plant.rope.node_count is not None:
+            return self
+        edges = LIVE_PLANT_EDGES[self.plant.model] * (self.rope.node_count - 1)
+        rope = replace(self.plant.rope, node_count=edges + 1)
+        return replace(self, plant=replace(self.plant, rope=rope))
+
+    @property
+    def camera_setups(self) -> tuple[CameraSetup, ...]:
+        """Cameras of the cell, at least one, in the order of the file."""
+        return camera_setups(self.sensing, self.cameras)
+
+    @property
+    def moves(self) -> Bool[np.ndarray, "2 6"]:
+        """Components of each grip's velocity that the ends can move."""
+        moves = np.zeros((2, 6), dtype=bool)
+        for row, side in zip(moves, SIDES, strict=True):
+            row[:3] = self.end(side).driver != "fixed"
+            row[3:] = self.end(side).rotates
+        return moves
+
+    def end(self, side: Side) -> End:
+        """Return the arm at one end."""
+        return getattr(self.ends, side)
+
+    def nodes(self, shape: Shape) -> Float64[np.ndarray, "n 3"] | None:
+        """Return the nodes of a shape [m], resampled to the rope's number of nodes.
+
+        Returns:
+            None for a shape that is given by its grips, or by a part of the rope.
+
+        Raises:
+            ConfigurationError: The CSV file is missing or invalid.
+        """
+        if not shape.nodes or shape.part is not None:
+            return None
+        return polylines.resample_smooth(_chain(self.folder, shape.nodes), self.rope.node_count)
+
+    def part_nodes(self, shape: Shape) -> Float64[np.ndarray, "m 3"] | None:
+        """Return the nodes of a shape of a part of the rope [m], as its file has them.
+
+        Of a file with the whole rope, which its length tells, the part is cut out.
+
+        Returns:
+            None for a shape of the whole rope, or given by its grips.
+
+        Raises:
+            ConfigurationError: The CSV file is missing or invalid.
+        """
+        if not shape.leaves_grips_open or shape.part is None:
+            return None
+        nodes = _chain(self.folder, shape.nodes)
+        fine = polylines.resample_smooth(nodes, CUT_REFINEMENT * len(nodes))
+        scale = polylines.length(fine) / self.rope.length
+        if abs(scale - 1.0) > MAX_LENGTH_ERROR:
+            return nodes
+        return polylines.cut(fine, scale * shape.part[0], scale * shape.part[1])
+
+    def grips(self, shape: Shape) -> tuple[Pose, Pose]:
+        """Return the left and the right grip pose of a shape, z along the rope from left to right.
+
+        A default orientation points along the rope: `LEVEL_GRIP` with the least rotation that
+        turns its z to the rope's direction. The nodes of a part of the rope do not tell the
+        grips: those of the start stand in their place.
+
+        Raises:
+            ConfigurationError: The CSV file is missing or invalid.
+        """
+        if shape.leaves_grips_open:
+            return self.grips(self.start)
+        if not shape.nodes:
+            left, right = np.array(shape.line)
+            first = last = poses.normalized(right - left)
+        else:
+            nodes = _chain(self.folder, shape.nodes)
+            left, right = nodes[0], nodes[-1]
+            first, last = polylines.end_tangents(nodes)
+        return (
+            Pose(left, _orientation(shape.left_orientation, first)),
+            Pose(right, _orientation(shape.right_orientation, last)),
+        )
+
+
+def _orientation(given: Quaternion | None, direction: np.ndarray) -> Float64[np.ndarray, "4"]:
+    if given is not None:
+        return poses.normalized(np.array(given))
+    return poses.multiply(poses.rotation_between(np.array([1.0, 0.0, 0.0]), direction), LEVEL_GRIP)
+
+
+def _chain(folder: Path, name: str) -> Float64[np.ndarray, "n 3"]:
+    path = folder / name
+    try:
+        text = read_file(path_inside(folder, name), MAX_NODES_FILE_SIZE).decode()
+        nodes = np.loadtxt(text.splitlines(), delimiter=",", comments="#", ndmin=2)
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(f"cannot read nodes {path}: {error}") from error
+    if nodes.ndim != 2 or nodes.shape[1] != 3 or len(nodes) < 3:
+        raise ConfigurationError(
+            f"{path} has shape {nodes.shape}; give at least 3 rows of x, y, z [m]"
+        )
+    if not np.max(np.abs(nodes)) <= MAX_COORDINATE:
+        raise ConfigurationError(
+            f"{path} has a number that is not finite, or beyond ±{MAX_COORDINATE:g} m"
+        )
+    if polylines.length(nodes) <= 0.0:
+        raise ConfigurationError(f"all nodes of {path} are the same point")
+    return nodes

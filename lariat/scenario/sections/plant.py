@@ -1,0 +1,89 @@
+"""Sections of the simulation that stands for the real cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from lariat.configuration import Bounds
+from lariat.scenario.sections.quantities import Color, Vector
+
+
+@dataclass(frozen=True)
+class PlantRope:
+    """Properties in which the true rope differs from `[rope]`."""
+
+    length: Annotated[float, Bounds(0.02, 20.0, "m")] | None = None
+    diameter: Annotated[float, Bounds(5e-4, 0.1, "m")] | None = None
+    node_count: Annotated[int, Bounds(5, 1200)] | None = None
+    """Number of nodes of the simulated rope; by default every edge of `[rope]` is three edges of
+    it."""
+    linear_density: Annotated[float, Bounds(1e-4, 20.0, "kg/m")] | None = None
+    youngs_modulus: Annotated[float, Bounds(1e3, 3e11, "Pa")] | None = None
+    poisson_ratio: Annotated[float, Bounds(-0.5, 0.5)] | None = None
+    stretch_stiffness: Annotated[float, Bounds(1.0, 1e8, "N")] | None = None
+    damping: Annotated[float, Bounds(0.0, 100.0, "1/s")] | None = None
+    internal_damping: Annotated[float, Bounds(0.0, 1.0, "s")] | None = None
+    """As in `[rope]`; for the models `rod` and `links`."""
+    stiffness_profile: tuple[float, ...] = ()
+    """Factors on the bending stiffness at evenly spaced points along the rope, left end first."""
+    rest_curvature: Annotated[Vector, Bounds(-200.0, 200.0, "1/m")] = (0.0, 0.0, 0.0)
+    """Curvature (two) and twist per length of the unloaded rope, in its material frame."""
+
+
+@dataclass(frozen=True)
+class TrueGrip:
+    """Error of a grip: where the rope is truly held, in the frame of the grip that is believed."""
+
+    offset: Annotated[Vector, Bounds(-0.05, 0.05, "m")] = (0.0, 0.0, 0.0)
+    """Position at which the rope is held."""
+    rotation: Annotated[Vector, Bounds(-45.0, 45.0, "deg")] = (0.0, 0.0, 0.0)
+    """Rotation vector of the direction in which it is held."""
+
+
+@dataclass(frozen=True)
+class TrueGrips:
+    """Errors of both grips, which the controller does not know."""
+
+    left: TrueGrip = TrueGrip()
+    right: TrueGrip = TrueGrip()
+
+
+@dataclass(frozen=True)
+class Slip:
+    """Fault of a grip: the rope slips out of it during a run."""
+
+    side: Literal["", "left", "right"] = ""
+    """The grip; empty: both hold. For the model `links`."""
+    time: Annotated[float, Bounds(0.0, 3600.0, "s")] = 0.0
+    """Time since the start of the run."""
+
+
+@dataclass(frozen=True)
+class Plant:
+    """Simulation that stands for the real cell."""
+
+    model: Literal["rod", "mujoco", "links"] = "rod"
+    """Simulator of the rope: this project's rod, MuJoCo's elastic rod (a flex), or a chain of rigid
+    links with springs in its joints, in MuJoCo; the last runs slower than real time."""
+    rope: PlantRope = PlantRope()
+    grips: TrueGrips = TrueGrips()
+    slip: Slip = Slip()
+    self_contact: bool = False
+    """Whether strands of the model `rod` collide with each other."""
+    friction: Annotated[float, Bounds(0.0, 5.0)] = 0.3
+    """Friction coefficient between rope and obstacles."""
+    color: Color = (255, 255, 255)
+    """Colour of the rope: red, green, blue."""
+    table_color: Color = (12, 12, 12)
+    """Colour of the table and of every other half space."""
+    camera_shift: Annotated[Vector, Bounds(-1.0, 1.0, "m")] = (0.0, 0.0, 0.0)
+    """Displacement of the true camera from its pose in `[sensing]`."""
+    camera_turn: Annotated[Vector, Bounds(-90.0, 90.0, "deg")] = (0.0, 0.0, 0.0)
+    """Rotation vector of the true camera from its pose in `[sensing]`, in the world frame."""
+
+    def __post_init__(self) -> None:
+        if self.slip.side and self.model != "links":
+            raise ValueError(
+                f"slip: the rope of model = {self.model!r} cannot leave a grip; use model = 'links'"
+            )

@@ -1,0 +1,111 @@
+"""Scenario that goes on from a moment of a recording.
+
+Rope, grips, goal and obstacles are those of the moment. The rope begins at rest, and what the
+controller had learnt is not carried over: estimates start as the scenario gives them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lariat.configuration import ConfigurationError
+from lariat.geometry import polylines
+from lariat.geometry.obstacle_motion import obstacles_at
+from lariat.scenario import SIDES, Scenario
+from lariat.scenario.entries import inline, numbers, obstacle_entry
+from lariat.trajectory import NANOSECONDS, SECOND
+from shared import topics
+from shared.messages import (
+    SceneMotion,
+    arm_pose,
+    chain,
+    counted_nodes,
+    grip_pose,
+    obstacle_motions,
+    scene_obstacles,
+)
+from shared.recording import Recording
+from stack.scenario_overrides import with_settings
+
+STATES = (
+    topics.ROPE_TRUTH,
+    topics.ROPE_NODES,
+    topics.ARM_STATE,
+    topics.TASK_STATE,
+    topics.SCENE_STATE,
+    topics.SCENE_MOTION,
+)
+"""Topics that describe a moment."""
+START_FILE, GOAL_FILE = "moment-start.csv", "moment-goal.csv"
+"""Files of the rope's nodes at the moment, and of the goal's."""
+
+
+def scenario_at(recording: Recording, folder: Path, seconds: float) -> Scenario:
+    """Return the scenario that begins as a recording was at a moment.
+
+    Args:
+        recording: A run that Lariat has recorded.
+        folder: Folder to which the files of the scenario are written.
+        seconds: Time from the recording's first message [s].
+
+    Raises:
+        ConfigurationError: The moment lies outside of the recording, or rope, arms or task were
+            not known then.
+    """
+    scenario = recording.scenario(folder)
+    newest, first, last = _newest(recording, seconds)
+    if not 0.0 <= seconds <= (last - first) / SECOND:
+        raise ConfigurationError(
+            f"--from {seconds:g}: the recording lasts {(last - first) / SECOND:.2f} s"
+        )
+    rope = newest.get(topics.ROPE_TRUTH.key) or newest.get(topics.ROPE_NODES.key)
+    arms, task = newest.get(topics.ARM_STATE.key), newest.get(topics.TASK_STATE.key)
+    if rope is None or not rope.positions or arms is None or task is None:
+        raise ConfigurationError(
+            f"--from {seconds:g}: rope, arms or task were not known yet; choose a later moment"
+        )
+    np.savetxt(folder / START_FILE, chain(rope.positions), delimiter=",", fmt="%.6f")
+    wanted, counted = chain(task.goal.positions), counted_nodes(task.goal)
+    np.savetxt(folder / GOAL_FILE, wanted[counted], delimiter=",", fmt="%.6f")
+    start: dict[str, Any] = {"nodes": START_FILE, "turns": float(round(task.turns))}
+    goal: dict[str, Any] = {"nodes": GOAL_FILE, "turns": float(task.goal.turns)}
+    if task.goal.ends_only:
+        goal = {
+            "line": [numbers(end.position) for end in (task.goal.left, task.goal.right)],
+            "ends_only": True,
+        }
+    if task.goal.part:
+        goal["part"] = numbers(polylines.arc_lengths(wanted)[counted][[0, -1]])
+    for side in SIDES:
+        start[f"{side}_orientation"] = numbers(arm_pose(arms, side).orientation)
+        pose = grip_pose(task.goal.left if side == "left" else task.goal.right)
+        goal[f"{side}_orientation"] = numbers(pose.orientation)
+    settings = [f"start={inline(start)}", f"goal={inline(goal)}", "events=[]"]
+    scene = newest.get(topics.SCENE_STATE.key)
+    if scene is not None:
+        table = {b.name for b in scenario.bodies} - {
+            o.body(k).name for k, o in enumerate(scenario.obstacles)
+        }
+        motion = newest.get(topics.SCENE_MOTION.key) or SceneMotion()
+        # Moving obstacles stand still where they were.
+        present = obstacles_at(
+            scene_obstacles(scene), obstacle_motions(motion), motion.stamp * NANOSECONDS
+        )
+        bodies = [obstacle_entry(b) for b in present if b.name not in table]
+        settings.append(f"obstacles={inline(bodies)}")
+    return with_settings(scenario, settings)
+
+
+def _newest(recording: Recording, seconds: float) -> tuple[dict[str, Any], int, int]:
+    """Return the newest states at a moment by key, and first and last time of the file [ns]."""
+    keys = {topic.key for topic in STATES}
+    newest: dict[str, Any] = {}
+    first = last = 0
+    for entry in recording.messages():
+        first, last = first or entry.log_time, entry.log_time
+        if entry.key in keys and entry.log_time <= first + seconds * SECOND:
+            newest[entry.key] = entry
+    return {key: entry.parse() for key, entry in newest.items()}, first, last

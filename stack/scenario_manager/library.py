@@ -1,0 +1,154 @@
+"""Scenarios that a stack can start: the shipped ones, the one it was started with, saved ones.
+
+A saved scenario `NAME` is the file `NAME/NAME.toml` in the folder of saved scenarios, beside the
+CSV files that it names.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+from lariat.configuration import ConfigurationError
+from lariat.files.bounded_file import path_inside
+from lariat.scenario import SIDES, Scenario, Shape, load
+from lariat.scenario.shipped import SHIPPED_FOLDER
+from shared.messages import ScenarioEntry
+from stack.scenario_overrides import with_settings
+
+NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,39}")
+"""Names of saved scenarios."""
+MAX_SAVED = 100
+"""Largest number of saved scenarios [-]."""
+
+
+class ScenarioLibrary:
+    """Scenarios by their names."""
+
+    def __init__(self, folder: Path, first: Path) -> None:
+        """List the scenarios.
+
+        Args:
+            folder: Folder of the saved scenarios; it need not exist.
+            first: Scenario that the stack was started with.
+        """
+        self._folder = folder
+        self._first = first
+        self._paths: dict[str, Path] = {}
+        self.entries: tuple[ScenarioEntry, ...] = ()
+        """All scenarios that can be read: saved ones first, by name."""
+        self.read()
+
+    def read(self) -> None:
+        """Read the folders again; a file that is no scenario is left out."""
+        saved = {p.name: p / f"{p.name}.toml" for p in sorted(self._folder.glob("*"))}
+        shipped = {p.stem: p for p in sorted(SHIPPED_FOLDER.glob("*.toml"))}
+        self._paths = {**saved, **shipped}
+        if self._first.resolve() not in {p.resolve() for p in self._paths.values()}:
+            self._paths[str(self._first)] = self._first
+        entries = []
+        for name, path in self._paths.items():
+            try:
+                scenario = load(path)
+            except ConfigurationError:
+                continue
+            entries.append(
+                ScenarioEntry(
+                    name=name,
+                    description=scenario.description,
+                    own=name in saved,
+                    real_arms=real_arms(scenario),
+                )
+            )
+        self.entries = tuple(entries)
+
+    def find(self, name: str) -> Path:
+        """Return the file of a scenario.
+
+        Raises:
+            ConfigurationError: There is none of this name.
+        """
+        if name not in self._paths:
+            raise ConfigurationError(f"there is no scenario {name!r}; choose one of the list")
+        return self._paths[name]
+
+    def name_of(self, path: Path) -> str:
+        """Return the name of a scenario's file; empty for one that is not listed."""
+        names = {p.resolve(): name for name, p in self._paths.items()}
+        return names.get(path.resolve(), "")
+
+    def save(self, scenario: Scenario, name: str) -> None:
+        """Save a scenario; one that was saved under this name before is replaced.
+
+        Raises:
+            ConfigurationError: The name is not allowed, or there are too many.
+            OSError: The file cannot be written.
+        """
+        if not NAME.fullmatch(name):
+            raise ConfigurationError(
+                f"{name!r} is no name of a scenario; take up to 40 small letters, digits, - and _"
+            )
+        if (SHIPPED_FOLDER / f"{name}.toml").exists():
+            raise ConfigurationError(f"{name!r} is a shipped scenario; take another name")
+        saved = [entry.name for entry in self.entries if entry.own]
+        if name not in saved and len(saved) >= MAX_SAVED:
+            raise ConfigurationError(f"{MAX_SAVED} scenarios are saved; delete one first")
+        write(with_settings(scenario, [f'name="{name}"']), self._folder / name, name)
+        self.read()
+
+    def delete(self, name: str) -> None:
+        """Delete a saved scenario with its folder.
+
+        Raises:
+            ConfigurationError: There is no saved scenario of this name.
+            OSError: The folder cannot be deleted.
+        """
+        if not any(entry.own and entry.name == name for entry in self.entries):
+            raise ConfigurationError(f"there is no saved scenario {name!r}")
+        shutil.rmtree(self._folder / name)
+        self.read()
+
+
+def write(scenario: Scenario, folder: Path, name: str) -> Path:
+    """Write a scenario and the CSV files that it names to a folder, and return its file.
+
+    Args:
+        scenario: The scenario.
+        folder: Folder, which is created.
+        name: Name of the file, without `.toml`.
+
+    Raises:
+        OSError: A file cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for shape in _shapes(scenario):
+        source, target = path_inside(scenario.folder, shape.nodes), folder / shape.nodes
+        if source.resolve() != target.resolve():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, target)
+    robots = {
+        side: (scenario.folder / scenario.end(side).urdf).resolve()
+        for side in SIDES
+        if scenario.end(side).urdf
+    }
+    # A robot's description names meshes beside it, so that it stays where it is.
+    settings = [f'ends.{side}.urdf="{path}"' for side, path in robots.items()]
+    text = with_settings(scenario, settings).text
+    path, part = folder / f"{name}.toml", folder / f"{name}.toml.part"
+    part.write_text(text)
+    part.replace(path)
+    return path
+
+
+def real_arms(scenario: Scenario) -> list[str]:
+    """Return the addresses of the real arms that a scenario drives, each once."""
+    return sorted({scenario.end(side).address for side in SIDES} - {""})
+
+
+def _shapes(scenario: Scenario) -> Iterator[Shape]:
+    goals = [event.goal for event in scenario.events if event.goal]
+    for shape in (scenario.start, scenario.goal, *goals):
+        if shape.nodes:
+            yield shape

@@ -1,0 +1,160 @@
+"""Kinematics and sphere covers from URDF files: a UR5 and a Panda."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio  # pyright: ignore[reportMissingImports]
+import pytest
+
+from lariat.arms.kinematics import UrdfKinematics
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+from tests.robots import PANDA, UR5, Robot
+
+BASE = Pose(np.array([0.1, -0.2, 0.05]), poses.normalized(np.array([0.8, 0.0, 0.1, 0.6])))
+TOOL = Pose(np.array([0.0, 0.02, 0.12]), poses.normalized(np.array([0.5, 0.5, 0.1, 0.0])))
+
+
+@pytest.fixture(scope="module", params=[UR5, PANDA], ids=lambda robot: robot.name)
+def robot(request: pytest.FixtureRequest) -> Robot:
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def arm(robot: Robot) -> UrdfKinematics:
+    return UrdfKinematics(robot.path, robot.flange, BASE, TOOL)
+
+
+def usual_joints(arm: UrdfKinematics) -> np.ndarray:
+    """Joint angles away from limits and singularities."""
+    low, high = np.clip(arm.joint_range, -np.pi, np.pi)
+    return 0.5 * (low + high) + 0.2 * (high - low) * np.cos(1.0 + np.arange(arm.joint_count))
+
+
+def test_joints_of_a_grip_pose_reach_it(arm: UrdfKinematics):
+    joints = usual_joints(arm)
+    grip = arm.grip(joints)
+    found = arm.solve(grip, joints + 0.1)
+    assert found is not None
+    reached = arm.grip(found)
+    np.testing.assert_allclose(reached.position, grip.position, atol=1e-6)
+    assert abs(abs(reached.orientation @ grip.orientation) - 1.0) < 1e-9
+
+
+def test_joint_speeds_move_the_grip_with_the_twist(arm: UrdfKinematics):
+    joints, dt = usual_joints(arm), 1e-6
+    twist = np.array([[0.1, -0.05, 0.08], [0.2, 0.3, -0.1]])
+    before = arm.grip(joints)
+    after = arm.grip(joints + dt * arm.joint_speed(joints, twist))
+    turned = poses.logarithm(poses.multiply(after.orientation, poses.conjugate(before.orientation)))
+    np.testing.assert_allclose((after.position - before.position) / dt, twist[0], atol=1e-5)
+    np.testing.assert_allclose(turned / dt, twist[1], atol=1e-5)
+
+
+def test_a_path_changed_in_place_is_another_path(arm: UrdfKinematics):
+    path = usual_joints(arm)[None].copy()
+    before, _ = arm.link_spheres(path)
+    path += 0.1
+    after, _ = arm.link_spheres(path)
+    np.testing.assert_array_equal(after, arm.link_spheres(usual_joints(arm)[None] + 0.1)[0])
+    assert np.max(np.abs(after - before)) > 1e-3
+
+
+def test_jacobians_are_the_derivatives_of_grip_and_spheres(arm: UrdfKinematics):
+    joints, step = usual_joints(arm), 1e-6
+    twists, centres = arm.grip_jacobian(joints), arm.link_sphere_jacobians(joints)
+    before, spheres = arm.grip(joints), arm.link_spheres(joints[None])[0][0]
+    for k in range(arm.joint_count):
+        turned = joints + step * np.eye(arm.joint_count)[k]
+        after = arm.grip(turned)
+        rotation = poses.multiply(after.orientation, poses.conjugate(before.orientation))
+        angular = poses.logarithm(rotation) / step
+        np.testing.assert_allclose(
+            (after.position - before.position) / step, twists[:3, k], atol=1e-5
+        )
+        np.testing.assert_allclose(angular, twists[3:, k], atol=1e-5)
+        moved = (arm.link_spheres(turned[None])[0][0] - spheres) / step
+        np.testing.assert_allclose(moved, centres[:, :, k], atol=1e-5)
+
+
+def test_paths_have_the_singular_values_and_spheres_of_their_poses(arm: UrdfKinematics):
+    path = usual_joints(arm) + np.linspace(-0.4, 0.4, 5)[:, None]
+    expected = [np.linalg.svd(arm.jacobian(joints), compute_uv=False)[-1] for joints in path]
+    np.testing.assert_allclose(arm.smallest_singular_values(path), expected, atol=1e-12)
+    centres, _ = arm.link_spheres(path)
+    for joints, row in zip(path, centres, strict=True):
+        np.testing.assert_allclose(row, arm.link_spheres(joints[None])[0][0], atol=1e-12)
+
+
+def test_the_start_keeps_away_from_the_joint_limits(arm: UrdfKinematics):
+    grip = arm.grip(usual_joints(arm))
+    joints = arm.solve_anywhere(grip)
+    assert joints is not None
+    low, high = arm.joint_range
+    assert np.all((joints > low + 0.05) & (joints < high - 0.05))
+
+
+def test_joints_of_a_redundant_arm_depend_on_the_pose_and_not_on_the_way():
+    arm = UrdfKinematics(PANDA.path, PANDA.flange, BASE, TOOL)
+    start = usual_joints(arm)
+    arm.posture = start
+    grip = arm.grip(start)
+    goal = Pose(grip.position + np.array([0.03, 0.1, -0.05]), grip.orientation)
+    direct = arm.solve(goal, start)
+    joints = start
+    for share in np.linspace(0.0, 2.0 * np.pi, 80):
+        # A way round, which would leave other joint angles behind without a posture.
+        aside = 0.08 * np.array([np.sin(share), 1.0 - np.cos(share), np.sin(2.0 * share)])
+        joints = arm.solve(Pose(grip.position + aside, grip.orientation), joints)
+        assert joints is not None
+    around = arm.solve(goal, joints)
+    assert direct is not None
+    assert around is not None
+    np.testing.assert_allclose(around, direct, atol=2e-3)
+
+
+def test_spheres_cover_every_corner_of_the_collision_bodies(robot: Robot, arm: UrdfKinematics):
+    folders = [str(folder) for folder in robot.path.parents]
+    kind = pinocchio.GeometryType.COLLISION
+    geometry = pinocchio.buildGeomFromUrdf(arm.model, str(robot.path), kind, package_dirs=folders)
+    joints = usual_joints(arm)
+    data = arm.model.createData()
+    pinocchio.forwardKinematics(arm.model, data, joints)
+    centres, radii = arm.link_spheres(joints[None])
+    checked = 0
+    for body in geometry.geometryObjects:
+        if body.parentJoint == 0 or body.name.startswith(("panda_hand", "panda_left", "panda_ri")):
+            continue
+        placement = data.oMi[body.parentJoint] * body.placement
+        shape = body.geometry
+        if hasattr(shape, "num_vertices"):
+            corners = np.array([shape.vertex(k) for k in range(shape.num_vertices)])
+        else:
+            half = np.array(shape.halfSide)
+            corners = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T * half
+        world = BASE.apply(corners @ np.array(placement.rotation).T + placement.translation)
+        gaps = np.linalg.norm(world[:, None] - centres[0], axis=2) - radii
+        assert np.max(np.min(gaps, axis=1)) < 1e-9, body.name
+        checked += len(corners)
+    assert checked > 500
+
+
+def test_what_cannot_be_an_arm_is_refused_by_name(tmp_path: Path):
+    with pytest.raises(ValueError, match="there is no URDF"):
+        UrdfKinematics(tmp_path / "none.urdf", "tool0", BASE, TOOL)
+    with pytest.raises(ValueError, match=r"has no link 'flange'; its links are .*tool0"):
+        UrdfKinematics(UR5.path, "flange", BASE, TOOL)
+    continuous = tmp_path / "continuous.urdf"
+    continuous.write_text(
+        '<robot name="r"><link name="base"/><link name="tool"/><joint name="turn" '
+        'type="continuous"><parent link="base"/><child link="tool"/><axis xyz="0 0 1"/>'
+        "</joint></robot>"
+    )
+    with pytest.raises(ValueError, match=r"joint 'turn' of .* must turn between two limits"):
+        UrdfKinematics(continuous, "tool", BASE, TOOL)
+    broken = tmp_path / "broken.urdf"
+    broken.write_text("<robot")
+    with pytest.raises(ValueError, match="cannot be read as a URDF"):
+        UrdfKinematics(broken, "tool", BASE, TOOL)

@@ -1,0 +1,76 @@
+"""The arms hold for the task, for themselves, and for a rope that is not seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from lariat.control.run.arm_condition import ArmCondition
+from lariat.control.run.reasons import ReasonCode
+from lariat.control.run.state_machine import RunState
+from lariat.control.supervision.hold_conditions import hold_reason, unfollowed_reason
+from lariat.trajectory import SECOND
+from tests.lariat.control.supervision.started_run import Run, code_of
+
+ARMS = ArmCondition(True, True, "", 0, 0, "")
+REFUSING = replace(ARMS, refused_chunks=9, refusal="joint_limits")
+
+
+def test_arms_hold_for_the_task_the_arms_and_a_rope_that_is_not_seen(run: Run) -> None:
+    def reason(
+        arms: ArmCondition = ARMS, last_seen: int | None = 2 * SECOND, doubt: float = 0.0
+    ) -> ReasonCode | None:
+        now = 2 * SECOND + 1
+        hold = hold_reason(run.task, now, arms, last_seen, following=False, doubt=doubt)
+        return code_of(hold)
+
+    assert reason() is None
+    assert reason(replace(ARMS, available=False)) is ReasonCode.ARMS_UNAVAILABLE
+    assert reason(replace(ARMS, reset_count=1)) is ReasonCode.WAITING_FOR_RESET
+    assert reason(last_seen=None) is ReasonCode.ROPE_NOT_SEEN
+    assert reason(last_seen=SECOND) is ReasonCode.ROPE_NOT_SEEN
+    assert reason(last_seen=SECOND, doubt=0.02) is ReasonCode.ROPE_NOT_SEEN
+    assert reason(last_seen=SECOND, doubt=0.6) is ReasonCode.ROPE_DOUBTFUL
+    assert reason(doubt=0.6) is None
+    run.task.pause()
+    assert reason() is ReasonCode.PAUSE_REQUESTED
+
+
+def test_rope_that_is_lost_under_way_needs_another_path(run: Run) -> None:
+    before = run.task.replan_count
+    hold_reason(run.task, SECOND, ARMS, None, following=False)
+    assert run.task.replan_count == before
+    hold_reason(run.task, SECOND, ARMS, None, following=True)
+    assert run.task.replan_count == before + 1
+
+
+def test_refused_paths_are_planned_again_with_more_clearance_and_less_speed(
+    run: Run,
+) -> None:
+    asked = run.task.replan_count
+    margins, paces = [], []
+    for k in range(1, 4):
+        unfollowed_reason(run.task, run.replanning, REFUSING, 0.0, following=True)
+        assert (run.task.state, run.task.replan_count) == (RunState.RUNNING, asked + k)
+        margins.append(run.task.clearance_margin)
+        paces.append(run.task.pace)
+    assert margins == pytest.approx([0.003, 0.006, 0.009])
+    assert paces == pytest.approx([0.6, 0.36, 0.216])
+    unfollowed_reason(run.task, run.replanning, REFUSING, 0.0, following=True)
+    assert (run.task.state, run.task.replan_count) == (RunState.FAILED, asked + 3)
+    assert run.task.reason.code is ReasonCode.PATH_NOT_FOLLOWED
+    assert "joint_limits" in str(run.task.reason)
+    run.replanning.begin_run()
+    assert (run.task.clearance_margin, run.task.pace) == (0.0, 1.0)
+    run.task.start(2)
+    unfollowed_reason(run.task, run.replanning, REFUSING, 0.0, following=True)
+    assert run.task.state is RunState.RUNNING
+
+
+def test_few_refusals_and_small_tracking_errors_are_no_reason(run: Run) -> None:
+    few = replace(REFUSING, refused_chunks=8)
+    assert unfollowed_reason(run.task, run.replanning, few, 0.04, following=True) is None
+    assert unfollowed_reason(run.task, run.replanning, REFUSING, 0.0, following=False) is None
+    reason = unfollowed_reason(run.task, run.replanning, ARMS, 0.041, following=True)
+    assert code_of(reason) is ReasonCode.ARM_OFF_COURSE

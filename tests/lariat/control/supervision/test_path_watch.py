@@ -1,0 +1,57 @@
+"""The arms stop on the way for another path, a few times, then the run fails."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lariat.control.run.reasons import ReasonCode
+from lariat.control.run.state_machine import RunState
+from lariat.control.supervision.clearance_guard import Threat
+from lariat.control.supervision.path_watch import PathWatch
+from lariat.geometry.obstacles import TABLE
+from tests.lariat.control.supervision.started_run import Run, path
+
+
+def watch_of(run: Run, *nodes: float) -> PathWatch:
+    """Watch of a rope whose path leads to heights above a table."""
+    shapes = np.array([[[x, 0.0, z] for x in (0.0, 0.1)] for z in nodes])
+    controller = SimpleNamespace(reference=path(), remaining_nodes=shapes)
+    scene = SimpleNamespace(still=(TABLE,))
+    parts: Any = (run.task, None, scene, controller, run.progress, None, run.replanning, run.paths)
+    return PathWatch(*parts)
+
+
+def test_expected_contacts_are_planned_again_then_end_the_run_with_what_it_needs(
+    run: Run,
+) -> None:
+    threat = Threat("post", 0.021, -0.003, 0.004, 0.007, 0.010)
+    asked = run.task.replan_count
+    for k in range(1, 5):
+        reason = watch_of(run).threatened(threat, -0.0048)
+        assert reason.code is ReasonCode.APPROACHING_OBSTACLE
+        assert (run.task.state, run.task.replan_count) == (RunState.RUNNING, asked + k)
+    watch_of(run).threatened(threat, -0.0048)
+    assert (run.task.state, run.task.reason.code) == (RunState.FAILED, ReasonCode.CONTACT_EXPECTED)
+    text = str(run.task.reason)
+    assert "stopped 21.0 mm before obstacle 'post'" in text
+    assert "needs 12 mm more room" in text
+
+
+def test_wrong_predictions_need_a_more_careful_path_twice(run: Run) -> None:
+    assert not watch_of(run).unforeseen(0.014)
+    assert [watch_of(run).unforeseen(0.016) for _ in range(3)] == [True, True, False]
+    assert run.task.state is RunState.RUNNING
+    assert run.task.pace == pytest.approx(0.36)
+    assert run.task.clearance_margin == 0.02
+
+
+def test_obstacle_in_the_rest_of_the_path_needs_another_one(run: Run) -> None:
+    before, radius = run.task.replan_count, run.progress.radius
+    watch_of(run, 0.1, *[0.3] * 4, radius + 0.006).review_scene()
+    assert run.task.replan_count == before
+    watch_of(run, 0.1, *[0.3] * 4, radius + 0.004).review_scene()
+    assert run.task.replan_count == before + 1

@@ -1,0 +1,34 @@
+"""A rope that hangs on something ends the run; one that stays behind once is led again."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from lariat.control.run.reasons import ReasonCode
+from lariat.control.run.state_machine import RunState
+from lariat.control.supervision.rope_watch import RopeWatch
+from lariat.control.supervision.snag_detector import Snag
+from tests.lariat.control.supervision.started_run import Run
+
+
+def watch_of(run: Run) -> RopeWatch:
+    rope: Any = SimpleNamespace(predictions=SimpleNamespace(max_deviation=0.004))
+    return RopeWatch(run.task, rope, run.progress, run.replanning)
+
+
+def test_snag_ends_the_run_and_says_where(run: Run) -> None:
+    watch_of(run).snagged(Snag("taut", np.array([0.02, 0.0, 0.31])))
+    assert run.task.reason.code is ReasonCode.SNAG_TAUT
+    assert "near [0.02, 0.00, 0.31] m: it is taut" in str(run.task.reason)
+
+
+def test_rope_that_stays_behind_once_gets_another_path_and_a_slower_pace(run: Run) -> None:
+    snag, before = Snag("stays_behind", np.array([0.02, 0.0, 0.31])), run.task.replan_count
+    watch_of(run).snagged(snag)
+    assert (run.task.state, run.task.replan_count) == (RunState.RUNNING, before + 1)
+    assert run.task.pace < 1.0
+    watch_of(run).snagged(snag)
+    assert run.task.reason.code is ReasonCode.SNAG_STAYS_BEHIND

@@ -1,0 +1,80 @@
+"""The material of a rope is identified from its motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lariat.identification import (
+    Finding,
+    Motion,
+    findings,
+    generic_rope,
+    identify,
+    predict,
+    undetermined,
+)
+from lariat.identification.rod_twin import RodTwin
+from tests.lariat.identification.ropes import (
+    CURVED_PROPERTIES,
+    NODES,
+    STIFFNESS,
+    TRUE_PROPERTIES,
+    recorded,
+)
+
+NOISE = 3e-4
+
+
+def named(found: list[Finding], name: str) -> Finding:
+    return next(f for f in found if f.name == name)
+
+
+@pytest.mark.parametrize(("right", "factor"), [("clamped", 10.0), ("clamped", 0.1), ("free", 1.0)])
+def test_stiffness_is_found_from_any_start(right: str, factor: float) -> None:
+    motion = recorded(CURVED_PROPERTIES, frames=90, right=right, noise=NOISE)
+    start = generic_rope()
+    start = start.with_stiffness(factor * STIFFNESS * start.linear_density)
+    fit = identify(motion, start)
+    stiffness = named(findings(fit), "stiffness")
+    assert abs(stiffness.value - STIFFNESS) < max(3.0 * stiffness.standard_deviation, 1e-3)
+    assert stiffness.standard_deviation < 0.5 * STIFFNESS
+    other = recorded(CURVED_PROPERTIES, sequences=1, frames=120, right=right, noise=NOISE, seed=5)
+    assert np.mean(predict(other, fit.properties, fit.length_scale).scores) < 3e-3
+
+
+def test_undetermined_properties_are_listed() -> None:
+    fit = identify(recorded(sequences=1, frames=60, right="free", noise=NOISE))
+    found = findings(fit)
+    assert not named(found, "twist_ratio").known
+    listed = " ".join(undetermined(fit))
+    assert "Mass" in listed
+    assert "Twist ratio" in listed
+    assert "Mass" not in " ".join(undetermined(fit, density_known=True))
+    assert TRUE_PROPERTIES.linear_density == pytest.approx(generic_rope().linear_density)
+
+
+def test_a_coarse_rod_says_how_much_its_length_is_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    motion = recorded(sequences=1, frames=90)
+    alone = identify_coarsely(motion, monkeypatch, refined=False)
+    stated = identify_coarsely(motion, monkeypatch, refined=True)
+    assert stated.value == alone.value
+    # The innermost held vertices are the middles of the outer edges.
+    error = abs(stated.value - TRUE_PROPERTIES.length * (NODES - 2) / (NODES - 1))
+    assert error > 3.0 * alone.standard_deviation
+    assert 0.3 * error < stated.standard_deviation < 3.0 * error
+
+
+def identify_coarsely(motion: Motion, monkeypatch: pytest.MonkeyPatch, refined: bool) -> Finding:
+    """Length found with a rod of twelve nodes, with or without the error of its resolution."""
+    with monkeypatch.context() as patched:
+        patched.setattr("lariat.identification.fit.RodTwin", lambda m: RodTwin(m, 12))
+        if not refined:
+            patched.setattr("lariat.identification.fit.NODE_REFINEMENT", 0.0)
+            patched.setattr("lariat.identification.fit.STEP_REFINEMENT", 0.0)
+        return named(findings(identify(motion)), "length")
+
+
+def test_motion_that_is_too_short_is_refused() -> None:
+    with pytest.raises(ValueError, match="too few to fit to"):
+        identify(recorded(sequences=1, frames=30), seconds=0.05)

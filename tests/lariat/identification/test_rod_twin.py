@@ -1,0 +1,69 @@
+"""The rod twin predicts a measured rope, and differentiates its prediction."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lariat.identification import Motion, predict
+from lariat.identification.fit import generic_rope, linearize
+from lariat.identification.material import Material
+from lariat.identification.rod_twin import RodTwin
+from tests.lariat.identification.ropes import STIFFNESS, TRUE_PROPERTIES, recorded
+
+
+def mirrored(motion: Motion) -> Motion:
+    return Motion(motion.vertices[:, :, ::-1], motion.dt, motion.right, motion.left)
+
+
+def test_length_of_a_bent_rope_is_that_along_its_bend() -> None:
+    gap, turn = 0.08, 0.5
+    angles = turn * np.arange(7)
+    arc = gap / turn * np.stack([np.sin(angles), 0.0 * angles, 1.0 - np.cos(angles)], axis=1)
+    ahead = np.array([np.cos(angles[-1]), 0.0, np.sin(angles[-1])])
+    held = arc[:1] - 0.05 * np.array([1.0, 0.0, 0.0]), arc[-1:] + 0.05 * ahead
+    vertices = np.concatenate([held[0], arc, held[1]])
+    noise = 1e-4 * np.random.default_rng(1).normal(size=(1, 200, *vertices.shape))
+    twin = RodTwin(Motion(vertices + noise, 0.01, 2, 2))
+    np.testing.assert_allclose(np.diff(twin.arcs), gap, atol=1e-4)
+
+
+@pytest.mark.parametrize("right", ["clamped", "free"])
+def test_true_material_predicts_the_motion(right: str) -> None:
+    motion = recorded(frames=100, right=right)
+    assert np.mean(predict(motion, TRUE_PROPERTIES, 1.0).scores) < 1e-3
+    soft = TRUE_PROPERTIES.with_stiffness(TRUE_PROPERTIES.bending_stiffness / 5.0)
+    assert np.mean(predict(motion, soft, 1.0).scores) > 3e-3
+
+
+def test_mirrored_motion_has_the_mirrored_prediction() -> None:
+    motion = recorded(sequences=1, frames=40, right="free")
+    there = predict(motion, TRUE_PROPERTIES, 1.0).vertices
+    back = predict(mirrored(motion), TRUE_PROPERTIES, 1.0).vertices[:, :, ::-1]
+    np.testing.assert_allclose(back, there, atol=1e-9)
+    measured = motion.vertices[:, :, ~motion.free]
+    np.testing.assert_array_equal(there[:, :, ~motion.free], measured)
+
+
+def test_jacobian_matches_finite_differences(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("lariat.identification.rod_twin.SOLVER_TOLERANCE", 1e-10)
+    twin = RodTwin(recorded(sequences=1, frames=40))
+    mean = replace(generic_rope(), length=twin.length).with_stiffness(
+        STIFFNESS * generic_rope().linear_density
+    )
+    material = Material(mean, profile_knots=3, curvature_knots=2)
+    x = 0.1 * np.random.default_rng(1).normal(size=material.count)
+    windows = twin.windows(30)
+    free = np.ones(material.count, dtype=bool)
+    _, jacobian = linearize(twin, material, x, windows, free)
+    for name, place in material.groups.items():
+        # The derivative with respect to the length is itself a one-sided difference.
+        bound = 2e-2 if name == "length" else 1e-5
+        for p in range(place.start, place.stop):
+            there, back = (x + h * np.eye(material.count)[p] for h in (1e-5, -1e-5))
+            ahead, behind = (twin.predict(material.properties(y), windows) for y in (there, back))
+            difference = (ahead - behind) / 2e-5
+            error = np.linalg.norm(jacobian[..., p] - difference) / np.linalg.norm(difference)
+            assert error < bound, name

@@ -1,0 +1,102 @@
+"""Detection of ropes in images of an unknown camera."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from jaxtyping import Float64
+
+from lariat.geometry import polylines
+from lariat.perception.centerline.segmentation import Color
+from lariat.perception.image import detector
+from tests.lariat.perception.centerline.test_segmentation import GREY, ORANGE, WOOD, taken
+from tests.services.perception.pictures import CableAppearance, random_axis, render_photograph
+from tests.services.perception.scenes import CAMERA, curve
+
+WHITE: Color = (235, 235, 230)
+
+
+def axis_errors(
+    lines: list[np.ndarray], nodes: Float64[np.ndarray, "n 3"]
+) -> Float64[np.ndarray, "k"]:
+    """Distance of every found pixel from the true axis [pixels]."""
+    truth, _ = CAMERA.project(polylines.resample(nodes, 1500))
+    found = np.concatenate(lines)
+    return np.min(np.linalg.norm(found[:, None] - truth[None], axis=2), axis=1)
+
+
+@pytest.mark.parametrize(
+    ("rope", "table"), [(ORANGE, GREY), (WHITE, (40, 60, 110)), ((30, 60, 150), WOOD)]
+)
+def test_colour_and_centreline_of_a_rope_are_detected(rope: Color, table: Color) -> None:
+    picture = taken(rope, table, seed=3).color
+    read = detector.detect_ropes(picture)
+    # The light at the camera darkens the flanks of a rope.
+    assert len(read.ropes) == 1
+    (line,) = read.ropes[0].lines
+    assert np.max(np.abs(np.subtract(read.ropes[0].color, rope))) < 60
+    error = axis_errors([line.pixels], curve(3))
+    assert np.median(error) < 0.3
+    assert np.percentile(error, 95) < 1.0
+    along = polylines.length(line.pixels)
+    assert along == pytest.approx(polylines.length(CAMERA.project(curve(3))[0]), rel=0.06)
+
+
+def test_a_given_colour_selects_one_of_two_ropes() -> None:
+    one, other = taken(ORANGE, GREY, seed=3).color, taken((40, 60, 160), GREY, seed=5).color
+    blue = other[..., 2].astype(int) - other[..., 0] > 50
+    picture = np.where(blue[..., None], other, one)
+    read = detector.detect_ropes(picture, (40, 60, 160))
+    error = axis_errors([line.pixels for rope in read.ropes for line in rope.lines], curve(5))
+    assert np.percentile(error, 95) < 1.0
+
+
+def test_an_image_without_a_rope_is_refused() -> None:
+    with pytest.raises(ValueError, match="long, thin"):
+        detector.detect_ropes(np.full((240, 320, 3), 120, np.uint8))
+
+
+@pytest.mark.parametrize(
+    ("rope", "table", "shape"),
+    [
+        (CableAppearance((225, 225, 220)), "wood", 1),
+        (CableAppearance((225, 225, 220)), "grey", 2),
+        (CableAppearance((28, 28, 30), width=6.0), "print", 3),
+        (CableAppearance((190, 35, 40), (225, 225, 220)), "cloth", 4),
+        (CableAppearance((30, 60, 160), width=30.0), "tiles", 5),
+    ],
+)
+def test_the_centreline_of_a_glossy_cable_is_complete_on_every_table(
+    rope: CableAppearance, table: str, shape: int
+) -> None:
+    axis = random_axis(shape)
+    picture = render_photograph(axis, rope, table, shape)
+    for read in (detector.detect_ropes(picture), detector.detect_ropes(picture, rope.color)):
+        found = np.concatenate([r.lines[0].pixels for r in read.ropes])
+        gap = np.linalg.norm(found[:, None] - axis[None, ::4], axis=2)
+        # The dark side of a bright cable may have the colour of the table.
+        assert np.percentile(np.min(gap, axis=1), 98) < 0.25 * rope.width + 1.0
+        assert np.mean(np.min(gap, axis=0) < 0.25 * rope.width + 1.0) > 0.95
+
+
+def test_two_cables_of_different_colours_are_both_detected() -> None:
+    red, black = random_axis(6), random_axis(7)
+    picture = render_photograph(red, CableAppearance((190, 35, 40)), "white", 6)
+    picture = render_photograph(black, CableAppearance((230, 200, 40)), "wood", 7, over=picture)
+    read = detector.detect_ropes(picture)
+    seen = [line.pixels for rope in read.ropes for line in rope.lines]
+    for axis in (red, black):
+        gap = np.linalg.norm(np.concatenate(seen)[:, None] - axis[None, ::8], axis=2)
+        assert np.mean(np.min(gap, axis=0) < 4.0) > 0.9
+
+
+def test_a_shadow_without_a_rope_has_a_high_shadow_share() -> None:
+    axis = random_axis(8)
+    shadow = render_photograph(axis, None, "white", 8)
+    assert detector.detect_ropes(shadow).shadow > 0.8
+    assert (
+        detector.detect_ropes(
+            render_photograph(axis, CableAppearance((28, 28, 30)), "white", 8)
+        ).shadow
+        < 0.3
+    )

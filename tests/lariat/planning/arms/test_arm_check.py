@@ -1,0 +1,97 @@
+"""Faults of arms along a path and at the goal, with two CR5s."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lariat.planning.arms.arm_check import arm_fault, goal_fault, start_fault
+from lariat.planning.problem import Problem, WholePath
+from lariat.planning.whole_path import plan
+from tests.lariat.planning.arms.scenes import AT_THE_GOAL, IN_THE_WAY, two_arms
+
+
+@pytest.fixture(scope="module")
+def free() -> Problem:
+    return two_arms()
+
+
+@pytest.fixture(scope="module")
+def usual(free: Problem) -> WholePath:
+    """Path that looks at rope and grippers alone."""
+    return plan(replace(free, arms=None))
+
+
+def fault_of(problem: Problem, path: WholePath):
+    return arm_fault(problem, path.positions, path.orientations, path.dt)
+
+
+def test_a_path_in_free_space_is_without_fault(free: Problem, usual: WholePath):
+    assert fault_of(free, usual) is None
+    assert goal_fault(free) is None
+
+
+def test_a_link_that_meets_a_post_is_a_fault_of_its_arm(usual: WholePath):
+    fault = fault_of(two_arms(IN_THE_WAY), usual)
+    assert fault is not None
+    assert (fault.rule, fault.side) == ("keep_out", "left")
+    assert "a link of the left arm comes" in str(fault)
+
+
+def test_a_joint_that_turns_too_fast_is_a_fault(free: Problem, usual: WholePath):
+    fault = arm_fault(free, usual.positions, usual.orientations, 0.1 * usual.dt)
+    assert fault is not None
+    assert fault.rule == "joint_speed"
+
+
+def test_a_way_beyond_the_reach_of_an_arm_is_a_fault(free: Problem, usual: WholePath):
+    away = np.linspace(0.0, 1.0, len(usual.positions))[:, None, None] * [[0.0, 0.0, 0.9]]
+    fault = arm_fault(free, usual.positions + away, usual.orientations, usual.dt)
+    assert fault is not None
+    assert fault.rule in ("singularity", "joint_limits")
+
+
+def test_two_arms_that_meet_are_a_fault(free: Problem, usual: WholePath):
+    share = np.linspace(0.0, 1.0, len(usual.positions))[:, None]
+    crossed = usual.positions.copy()
+    crossed[:, 0] += share * [0.25, 0.0, 0.0]
+    crossed[:, 1] -= share * [0.25, 0.0, 0.0]
+    fault = arm_fault(free, crossed, usual.orientations, usual.dt)
+    assert fault is not None
+    assert fault.rule == "spacing"
+    assert "the two arms" in str(fault)
+
+
+def test_a_goal_that_no_arm_can_hold_is_told_before_any_search():
+    problem = two_arms(AT_THE_GOAL)
+    fault = goal_fault(problem)
+    assert fault is not None
+    assert (fault.rule, fault.side) == ("keep_out", "left")
+    path = plan(problem)
+    assert not path.reached
+    assert path.reason.startswith("unreachable: at the goal itself, a link of the left arm")
+
+
+def test_a_start_in_an_obstacle_is_told():
+    elbow = replace(AT_THE_GOAL, position=(-0.55, -0.1, 0.25), height=0.5)
+    fault = start_fault(two_arms(elbow))
+    assert fault is not None
+    assert fault.side == "left"
+    assert start_fault(two_arms()) is None
+
+
+def test_a_goal_whose_grips_may_turn_is_not_judged():
+    problem = two_arms(AT_THE_GOAL)
+    assert goal_fault(replace(problem, moves=np.ones((2, 6), dtype=bool))) is None
+
+
+def test_a_plan_leads_the_links_around_a_post():
+    problem = two_arms(IN_THE_WAY)
+    blind = plan(replace(problem, arms=None))
+    assert blind.reached
+    assert fault_of(problem, blind) is not None
+    path = plan(problem)
+    assert path.reached
+    assert fault_of(problem, path) is None

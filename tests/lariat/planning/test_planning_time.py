@@ -1,0 +1,43 @@
+"""Limit of a plan's processor time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from lariat.planning import whole_path
+from lariat.planning.planning_time import PlanningTime
+from lariat.planning.problem import Problem, WholePath
+from lariat.planning.settings import PlannerSettings
+from lariat.planning.shorter_path import stay
+from lariat.planning.whole_path import plan
+from lariat.scenario import load
+from stack.planning import scenario_problem
+
+SCENARIO = Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml"
+
+
+def test_time_is_over_when_the_process_has_computed_longer():
+    now = 5.0
+    time = PlanningTime(2.0, lambda: now)
+    now = 6.9
+    assert not time.is_over()
+    assert not time.cut
+    now = 7.1
+    assert time.is_over()
+    assert time.cut
+
+
+def test_plan_that_runs_out_of_time_says_so(monkeypatch: pytest.MonkeyPatch):
+    problem = scenario_problem(load(SCENARIO))
+
+    def blocked(problem: Problem, settings: PlannerSettings, time: PlanningTime) -> WholePath:
+        time.is_over()
+        return stay(problem, "blocked: a wall")
+
+    monkeypatch.setattr(whole_path, "_plan", blocked)
+    assert plan(problem).reason == "blocked: a wall"
+    short = plan(replace(problem, planning_time=0.0))
+    assert short.reason == ("blocked: a wall; no path was found within 0 s (control.planning_time)")

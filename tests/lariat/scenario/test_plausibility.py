@@ -1,0 +1,68 @@
+"""Doubts about values that are allowed, but plausible only by mistake."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from lariat.scenario import load, parse
+from lariat.scenario.plausibility import doubts
+from lariat.scenario.shipped import shipped_names
+
+TEXT = """
+name = "doubted"
+[rope]
+length = 0.45
+diameter = 0.008
+linear_density = 0.044
+youngs_modulus = 1.0e6
+[start]
+line = [[-0.2, 0.0, 0.3], [0.2, 0.0, 0.3]]
+[goal]
+line = [[-0.2, 0.1, 0.3], [0.2, 0.1, 0.3]]
+[[obstacles]]
+name = "post"
+shape = "cylinder"
+position = [0.0, 0.3, 0.1]
+radius = 0.03
+height = 0.2
+[run]
+tolerance = 0.002
+"""
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_no_shipped_scenario_is_doubted(name: str):
+    assert doubts(load(name)) == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        # Grams for kilograms, centimetres for metres.
+        ("density = 0.044", "density = 4.4", "did you mean rope.linear_density = 0.44 kg/m or"),
+        ("diameter = 0.008", "diameter = 0.08", "rope.diameter = 0.008 m"),
+        ("diameter = 0.008", "diameter = 0.08", "rope.length is 5.62 times rope.diameter"),
+        ("modulus = 1.0e6", "modulus = 2.0e11", "takes a force of 7.84e+03 N to bend"),
+        ("modulus = 1.0e6", "modulus = 1.0e3", ""),
+        ("diameter = 0.008", "diameter = 0.0008", "times smaller than weight times length squared"),
+        ("density = 0.044", "density = 0.044\nstretch_stiffness = 2.0", "stretches by 9.71 %"),
+        ("radius = 0.03", "radius = 5.0", "obstacle 'post' is 5 m large"),
+        ("[0.0, 0.3, 0.1]", "[0.0, 9.0, 0.1]", "obstacle 'post' is 8.8 m away"),
+        ("tolerance = 0.002", "tolerance = 0.05", "run.tolerance = 0.05 m is 11.1 %"),
+    ],
+)
+def test_a_value_off_by_a_unit_is_doubted(tmp_path: Path, old: str, new: str, told: str):
+    assert old in TEXT
+    assert doubts(parse(TEXT, tmp_path)) == ()
+    found = doubts(parse(TEXT.replace(old, new), tmp_path))
+    assert told in " / ".join(found)
+    assert bool(found) == bool(told)
+
+
+def test_a_camera_out_of_its_range_is_doubted(tmp_path: Path):
+    text = TEXT + '[sensing]\nsource = "camera"\nposition = [0.0, 0.0, {}]\n'
+    assert doubts(parse(text.format(1.2), tmp_path)) == ()
+    (line,) = doubts(parse(text.format(12.0), tmp_path))
+    assert "sensing.position is 11.7 m from the rope" in line

@@ -1,0 +1,34 @@
+from __future__ import annotations
+
+import numpy as np
+
+from lariat.geometry import polylines, poses
+from lariat.geometry.poses import Pose
+from lariat.rod import RodProperties
+from lariat.simulation.plants.end_motion import EndMotion
+from lariat.simulation.plants.rod_plant import RodPlant
+
+ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
+LEFT = Pose(np.array([-0.18, 0.0, 0.3]), ALONG_X)
+
+
+def closest_approach(self_contact: bool) -> float:
+    """Least distance of two strands while an end of a slack rope turns eight times [diameters]."""
+    plant = RodPlant(RodProperties(0.45, 0.008, 0.044, 1e6, damping=5.0), 40, (), self_contact)
+    right = Pose(np.array([0.07, 0.0, 0.3]), ALONG_X)
+    plant.reset(LEFT, right)
+    closest = np.inf
+    for angle in np.linspace(0.0, 16.0 * np.pi, 321)[1:]:
+        turn = poses.exponential(np.array([angle, 0.0, 0.0]))
+        turned = Pose(right.position, poses.multiply(turn, ALONG_X))
+        plant.step(EndMotion(LEFT), EndMotion(turned, angular=np.array([5.0 * np.pi, 0, 0])), 0.01)
+        fine = polylines.resample(plant.nodes, 160)
+        apart = np.linalg.norm(fine[:, None] - fine[None], axis=2)
+        along = np.abs(np.arange(160)[:, None] - np.arange(160)[None]) * 0.45 / 159
+        closest = min(closest, np.min(apart[along > 4.0 * 0.008]) / 0.008)
+    return closest
+
+
+def test_strands_of_a_curled_rope_touch_with_self_contact_only() -> None:
+    assert closest_approach(False) < 0.7
+    assert closest_approach(True) > 0.95

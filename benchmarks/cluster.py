@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 from lariat.configuration import ConfigurationError
-from lariat.version import commit, version
+from shared.version import commit, version
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

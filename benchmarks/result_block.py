@@ -23,7 +23,7 @@ from rich.table import Table
 from rich.text import Text
 
 from lariat.configuration import ConfigurationError
-from lariat.version import version
+from shared.version import version
 
 BLOCK = re.compile(r"^<!-- lariat (bench .+?) -->\n(.*?)^<!-- /lariat -->$", re.M | re.S)
 """Block of a page: the words of its command, and its content."""

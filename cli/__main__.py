@@ -95,7 +95,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         print(_help())
         return SUCCESS if argv else BAD_INPUT
     if argv[0] == "--version":
-        from lariat.version import commit, version
+        from shared.version import commit, version
 
         print(f"lariat {version()} {commit()}".rstrip())
         return SUCCESS

@@ -1,4 +1,4 @@
-"""Library of Lariat: differentiable rod, geometry and trajectories.
+"""Library of Lariat: everything that computes, without bus, process or clock.
 
-Import the packages: `lariat.rod`, `lariat.geometry`, `lariat.trajectory`.
+Import the packages, e.g. `lariat.rod`, `lariat.perception`, `lariat.planning`, `lariat.control`.
 """

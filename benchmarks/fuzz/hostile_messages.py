@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
 
-from lariat.version import MESSAGE_VERSION
 from shared.bus.message_check import RawMessage
 from shared.topics import TOPICS, Topic
+from shared.version import MESSAGE_VERSION
 
 NUMBERS = (0.0, -0.0, 1.0, -1.0, 1e-300, 1e6, -1e6, 1e30, 1e308, math.inf, -math.inf, math.nan)
 """Hostile values of floating-point fields."""

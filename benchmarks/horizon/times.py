@@ -17,9 +17,9 @@ from jaxtyping import Float64
 from rich.console import Console
 from rich.progress import track
 
-from lariat.control.model_factory import horizon_optimizer
 from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
 from lariat.control.mpc.horizon import HorizonProblem
+from lariat.controllers import horizon_optimizer
 from lariat.rod import Rod, RodState, RolloutSpec
 from lariat.safety.motion_contract import PATHLESS_LIMIT_SHARE
 from lariat.scenario import Scenario

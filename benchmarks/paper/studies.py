@@ -9,11 +9,11 @@ import numpy as np
 
 from benchmarks.paper.closed_loop import ShapingRun, run_to_goal
 from benchmarks.paper.goals import Goal, goals, obstacles, start_state
-from lariat.control.model_factory import paper_rod
 from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
 from lariat.control.mpc.gauss_newton import GaussNewton
 from lariat.control.mpc.horizon import HorizonOptimizer
 from lariat.control.mpc.objective import ObjectiveWeights
+from lariat.controllers import paper_rod
 from lariat.paper.adaptation import PaperAdaptation
 from lariat.paper.optimizer import PaperOptimizer
 from lariat.paper.policies import ACTIONS_RATE, Actions, Network

@@ -17,9 +17,9 @@ from lariat.configuration import ConfigurationError
 from lariat.geometry.obstacles import chain_clearance
 from lariat.scenario import Scenario
 from lariat.simulation.plants.factory import true_properties
-from lariat.version import commit
 from shared import topics
 from shared.messages import FAILED
+from shared.version import commit
 from stack.simulation import closed_loop
 
 TIME_AFTER_GOAL = 3.0

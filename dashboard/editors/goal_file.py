@@ -2,7 +2,7 @@
 
 Columns are separated by commas, by semicolons (decimals may then have a comma) or by white space. A
 first row of names is skipped, and so is what follows a #, except that a saved goal says in such a
-line what of it counts ([lariat/scenario/goal_table.py](../../lariat/scenario/goal_table.py)).
+line what of it counts ([shared/goal_table.py](../../shared/goal_table.py)).
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
 from lariat.scenario import Scenario, Shape
 from lariat.scenario.checks import check_part
-from lariat.scenario.goal_table import read_entry
 from lariat.scenario.scenario import LEVEL_GRIP
+from shared.goal_table import read_entry
 from shared.messages import Goal, grip
 from shared.messages.checks.task import check_goal
 

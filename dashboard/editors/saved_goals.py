@@ -12,7 +12,7 @@ from dashboard.action_queue import ActionQueue
 from dashboard.editors.goal_file import fitting_nodes
 from dashboard.outbox import Notification, Outbox
 from lariat.scenario import Scenario
-from lariat.scenario.goal_table import goal_table
+from shared.goal_table import goal_table
 from shared.messages import (
     Goal,
     GoalList,

@@ -1,1 +1,1 @@
-"""lariat/control"""
+"""Control of a rope: state estimation, model predictive control, runs and their supervision."""

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 
 from lariat.control.estimation.rope_tracker import RopeTracker
 from lariat.control.extensions.method_faults import MethodFaults
-from lariat.control.model_factory import expected_lag, receding_horizon_controller
 from lariat.control.mpc.collision_scene import CollisionScene
-from lariat.control.mpc.receding_horizon import Command
+from lariat.control.mpc.receding_horizon import Command, RecedingHorizonController
 from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
 from lariat.control.run.arm_condition import ArmCondition
 from lariat.control.run.reasons import Reason, ReasonCode
@@ -37,6 +36,7 @@ class ControlLoop:
         progress: ProgressMonitor,
         replanning: Replanning,
         faults: MethodFaults,
+        controller: RecedingHorizonController,
     ) -> None:
         """Create the loop, which follows nothing yet.
 
@@ -48,17 +48,12 @@ class ControlLoop:
             progress: Measures of the run.
             replanning: Requests for other paths.
             faults: Faults of a controller from outside.
+            controller: Controller of the arms, e.g. of `lariat.controllers`.
         """
         self._task, self._rope, self._scene = task, rope, scene
         self._progress, self._replanning, self._faults = progress, replanning, faults
         self._planned = scenario.control.planner
-        self.controller = receding_horizon_controller(
-            scenario.control,
-            scenario.limits,
-            scenario.moves,
-            rope.estimator,
-            expected_lag(scenario),
-        )
+        self.controller = controller
         self._paths = PathChoice(
             task,
             rope.adaptation,

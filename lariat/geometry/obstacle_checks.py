@@ -9,6 +9,8 @@ import numpy as np
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 
+MAX_OBSTACLES = 256
+"""Largest number of obstacles of a scene; their distances must fit a tick of the gateway."""
 MAX_COORDINATE = 20.0
 """Largest absolute coordinate of an obstacle's position [m]."""
 MAX_SIZE = 20.0

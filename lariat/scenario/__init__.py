@@ -16,10 +16,9 @@ from lariat.files.bounded_file import read_file
 from lariat.files.file_kind import TEXT_KINDS, kind_of
 from lariat.scenario.aliases import with_current_keys
 from lariat.scenario.checks import check
-from lariat.scenario.scenario import Scenario
+from lariat.scenario.scenario import SCENARIO_VERSION, Scenario
 from lariat.scenario.sections import SIDES, Event, Obstacle, Rope, Shape, Side
 from lariat.scenario.shipped import find
-from lariat.version import SCENARIO_VERSION
 
 __all__ = [
     "MAX_SCENARIO_SIZE",

@@ -7,10 +7,10 @@ import numpy as np
 from lariat.configuration import ConfigurationError
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
+from lariat.geometry.obstacle_checks import MAX_OBSTACLES
 from lariat.scenario.cameras import check_cameras
 from lariat.scenario.scenario import MAX_LENGTH_ERROR, Scenario
 from lariat.scenario.sections import SIDES, Shape, Side
-from shared.messages.checks.scene import MAX_OBSTACLES
 
 MAX_SUPPORT_DEPTH = 0.002
 """Depth to which a shape may penetrate a support [m]."""

@@ -35,8 +35,9 @@ from lariat.scenario.sections import (
     Shape,
     Side,
 )
-from lariat.version import SCENARIO_VERSION
 
+SCENARIO_VERSION = 1
+"""Version of the keys of scenario files."""
 MAX_NODES_FILE_SIZE = 4 * 2**20
 """Largest CSV file of nodes [bytes]."""
 MAX_LENGTH_ERROR = 0.03

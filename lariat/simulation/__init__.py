@@ -1,1 +1,1 @@
-"""lariat/simulation"""
+"""Simulated lab: ropes as plants, and an RGB-D camera that sees them."""

@@ -13,13 +13,6 @@ from lariat.configuration import ConfigurationError
 from lariat.control.control_loop import ControlLoop
 from lariat.control.estimation.rope_tracker import RopeTracker
 from lariat.control.extensions.method_faults import MethodFaults
-from lariat.control.model_factory import (
-    adaptation,
-    check,
-    prediction_rod,
-    receding_horizon_controller,
-    state_estimator,
-)
 from lariat.control.mpc.collision_scene import CollisionScene
 from lariat.control.mpc.receding_horizon import Command
 from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
@@ -33,6 +26,14 @@ from lariat.control.supervision.path_choice import PathOffer
 from lariat.control.supervision.progress import ProgressMonitor
 from lariat.control.supervision.replanning import Replanning
 from lariat.control.supervision.rope_watch import RopeWatch
+from lariat.controllers import (
+    adaptation,
+    check,
+    expected_lag,
+    prediction_rod,
+    receding_horizon_controller,
+    state_estimator,
+)
 from lariat.rod import Rod
 from lariat.safety.motion_contract import SETPOINT_PERIOD
 from lariat.scenario import SIDES, Scenario
@@ -128,6 +129,13 @@ class ControllerService:
             self.progress,
             self._replanning,
             self._faults,
+            receding_horizon_controller(
+                scenario.control,
+                scenario.limits,
+                scenario.moves,
+                estimator,
+                expected_lag(scenario),
+            ),
         )
         self._status = StatusPublisher(self.task, self.progress, estimator, self.rope.adaptation)
         self._goal_events = GoalEvents(scenario.events, scenario.next_goals)

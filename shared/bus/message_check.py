@@ -9,9 +9,9 @@ import logging
 from dataclasses import dataclass
 from typing import Any
 
-from lariat.version import MESSAGE_VERSION
 from shared.messages import validation
 from shared.topics import Topic
+from shared.version import MESSAGE_VERSION
 
 log = logging.getLogger(__name__)
 

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 import zenoh
 
-from lariat.version import MESSAGE_VERSION
 from shared.bus.encoding import PROTOBUF_ENCODING
 from shared.bus.message_check import RawMessage
 from shared.messages import Message
 from shared.runtime.clock import Clock
 from shared.topics import Topic
+from shared.version import MESSAGE_VERSION
 
 
 class Publisher:

@@ -18,12 +18,12 @@ from lariat.files.file_kind import kind_of
 from lariat.scenario import Scenario, parse
 from lariat.scenario.aliases import current_topic_key
 from lariat.suggestion import did_you_mean_file
-from lariat.version import MESSAGE_VERSION, RECORDING_VERSION
 from shared import topics
 from shared.messages.upgrade import upgrade
 from shared.recording.chunks import MAX_RECORD_SIZE, PlainReader, records_of
 from shared.recording.layout import METADATA_NAME, PROTOBUF, SCENARIO_ATTACHMENT
 from shared.topics import Topic
+from shared.version import MESSAGE_VERSION, RECORDING_VERSION
 
 MAX_FILES_SIZE = 2**26
 """Largest size of the scenario and its CSV files in a recording together [bytes]."""

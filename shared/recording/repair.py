@@ -8,9 +8,9 @@ from mcap import records
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
-from lariat.version import version
 from shared.recording.layout import CHUNK_SIZE, ROBOT_DESCRIPTION_TOPIC
 from shared.recording.reader import Recording
+from shared.version import version
 
 
 def copy_readable(source: Path, target: Path) -> tuple[int, str]:

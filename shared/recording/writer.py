@@ -15,7 +15,6 @@ from mcap.writer import Writer as McapWriter
 from lariat.files.bounded_file import read_file
 from lariat.scenario import Scenario
 from lariat.scenario.scenario import MAX_NODES_FILE_SIZE
-from lariat.version import MESSAGE_VERSION, RECORDING_VERSION, commit, version
 from shared.cell_description import cell_urdf
 from shared.recording.disk_sync import DiskSync
 from shared.recording.layout import (
@@ -27,6 +26,7 @@ from shared.recording.layout import (
     SCENARIO_ATTACHMENT,
 )
 from shared.topics import Topic
+from shared.version import MESSAGE_VERSION, RECORDING_VERSION, commit, version
 
 FLUSH_PERIOD = 1_000_000_000
 """Longest log time that is lost when the writer is killed [ns]."""

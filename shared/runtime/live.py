@@ -39,7 +39,6 @@ from lariat.configuration import ConfigurationError
 from lariat.machine_code.kernel_key import NoCompilerError
 from lariat.scenario import Scenario, load
 from lariat.trajectory import SECOND
-from lariat.version import version
 from shared import bus as buses
 from shared import topics
 from shared.bus import Bus, BusError, BusOptions
@@ -52,6 +51,7 @@ from shared.runtime.memory import reserve_memory
 from shared.runtime.pace import Pace
 from shared.runtime.service import Mailbox, Service
 from shared.runtime.stall_watch import StallWatch
+from shared.version import version
 
 log = logging.getLogger(__name__)
 

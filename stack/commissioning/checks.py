@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from lariat.scenario import SIDES, Scenario
-from lariat.version import version
 from shared import topics
 from shared.messages import ArmState, ArmStates
+from shared.version import version
 from stack import preflight
 from stack.commissioning.session import NotPassed, Session
 

@@ -25,7 +25,12 @@ from pathlib import Path
 
 from stack.launcher import child_process, module_entry
 
-SHARED_MODULES = ("shared.runtime.live", "shared.extensions", "lariat.protocols", "lariat.rod")
+SHARED_MODULES = (
+    "shared.runtime.live",
+    "lariat.scenario.extensions",
+    "lariat.protocols",
+    "lariat.rod",
+)
 """Modules that most processes of the stack import; none of them starts a thread."""
 MAX_REQUEST_SIZE = 65536
 """Largest request [bytes]."""

@@ -18,8 +18,15 @@ from jaxtyping import Bool, Float64
 from lariat.control.estimation.grip_errors import GripErrors
 from lariat.geometry import poses
 from lariat.geometry.obstacles import chain_clearance
-from lariat.paper.xpbd import XpbdRod
-from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns_along, state_along
+from lariat.rod import (
+    DifferentiableRod,
+    Rod,
+    RodState,
+    RolloutSpec,
+    add_turns,
+    count_turns_along,
+    state_along,
+)
 from lariat.rod.obstacle_table import unpack
 from lariat.trajectory import MotionState, mean_twists
 
@@ -68,7 +75,7 @@ class StateEstimator:
 
     def __init__(
         self,
-        rod: Rod | XpbdRod,
+        rod: DifferentiableRod,
         motion: MotionState,
         time: int,
         settings: EstimatorSettings | None = None,
@@ -184,7 +191,7 @@ class StateEstimator:
 
     def change_material(
         self,
-        rod: Rod | XpbdRod,
+        rod: DifferentiableRod,
         change: Float64[np.ndarray, "n 3"],
         grip_errors: GripErrors | None = None,
     ) -> None:
@@ -209,7 +216,7 @@ class StateEstimator:
             self._carry_over(old, new)
 
     def shape_change(
-        self, rod: Rod | XpbdRod, grip_errors: GripErrors
+        self, rod: DifferentiableRod, grip_errors: GripErrors
     ) -> Float64[np.ndarray, "n 3"] | None:
         """Return the change of the model's rest shape with another material and other grips [m].
 
@@ -264,7 +271,9 @@ class StateEstimator:
         self.offset[[0, -1]] = 0.0
         self._history = deque((time, nodes + moved) for time, nodes in self._history)
 
-    def rest_with_material(self, rod: Rod | XpbdRod, grip_errors: GripErrors | None = None) -> None:
+    def rest_with_material(
+        self, rod: DifferentiableRod, grip_errors: GripErrors | None = None
+    ) -> None:
         """Continue with another material in its rest shape, where the rope stands still.
 
         The offset compensates for the change, so that the estimated nodes stay where they are.

@@ -14,9 +14,8 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, chain_clearance, pack_supports
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, add_turns
-from lariat.rod.part_fit import fit_part, part_points
+from lariat.rod.part_fit import MIN_PART_NODES, fit_part, part_points
 from lariat.scenario import SIDES, Scenario, Shape
-from shared.messages.checks.task import MIN_PART_NODES
 
 MAX_LENGTH_ERROR = 0.03
 """Largest deviation of a goal's length from the rope's, as a share of the rope's length [-]."""

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lariat.geometry.obstacle_checks import check_obstacle
+from lariat.geometry.obstacle_checks import MAX_OBSTACLES, check_obstacle
 from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.geometry.obstacles import Obstacle
-
-MAX_OBSTACLES = 256
-"""Number of obstacles above which a scene is refused: the collision constraint must fit a tick."""
 
 
 class SceneGuard:

@@ -1,7 +1,7 @@
 """Goals as files: two for each, in a folder beside the recordings.
 
 `NAME.json` holds the whole goal, and `NAME.csv` its nodes below the `goal` of a scenario that it
-makes ([lariat/scenario/goal_table.py](../../../lariat/scenario/goal_table.py)), which "Load shape"
+makes ([shared/goal_table.py](../../../shared/goal_table.py)), which "Load shape"
 reads too.
 """
 
@@ -15,8 +15,8 @@ from pathlib import Path
 from google.protobuf.json_format import MessageToJson, Parse, ParseError
 
 from lariat.files.bounded_file import read_file
-from lariat.scenario.goal_table import goal_table
 from services.recorder.private_folder import make_folder
+from shared.goal_table import goal_table
 from shared.messages import Goal, SavedGoal
 from shared.messages.checks.task import check_goal
 

@@ -8,7 +8,6 @@ from datetime import UTC, datetime
 
 from lariat.scenario import Scenario
 from lariat.trajectory import SECOND
-from lariat.version import version
 from shared.history import History
 from shared.messages import (
     IDLE,
@@ -20,6 +19,7 @@ from shared.messages import (
     RunSummary,
     TaskState,
 )
+from shared.version import version
 
 MAX_ROWS = 600
 """Largest number of rows of a run's curves [-]."""

@@ -7,12 +7,10 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from lariat.files.image_header import MAX_PIXEL_COUNT, check_image
-from lariat.geometry.obstacle_checks import check_obstacle
+from lariat.geometry.obstacle_checks import MAX_OBSTACLES, check_obstacle
 from shared import messages
 from shared.messages.checks.values import Checks, check_length, check_places
 
-MAX_OBSTACLES = 256
-"""Largest number of obstacles of a scene."""
 MAX_DISTORTION_COUNT = 14
 """Largest number of distortion coefficients of a camera."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.geometry import polylines
+from lariat.rod.part_fit import MIN_PART_NODES
 from lariat.safety.motion_contract import SETPOINT_PERIOD
 from shared import messages
 from shared.messages.checks.values import (
@@ -22,8 +23,6 @@ from shared.messages.checks.values import (
     count_points,
 )
 
-MIN_PART_NODES = 3
-"""Least number of nodes that give a part of a rope its shape [-]."""
 MIN_PACE = 1e-3
 """Least pace of a path, as a fraction of the planner's [-]."""
 

@@ -8,7 +8,7 @@ import pytest
 from dashboard.editors import goal_file
 from lariat.geometry import polylines
 from lariat.scenario import Shape, load
-from lariat.scenario.goal_table import goal_table
+from shared.goal_table import goal_table
 from shared.messages import SavedGoal, chain, grip_pose
 
 SCENARIO = load("scenarios/three-cylinders.toml")

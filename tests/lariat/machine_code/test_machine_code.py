@@ -267,7 +267,7 @@ def test_without_taichi_and_a_library_the_way_out_is_named(launch: str, tmp_path
         "import sys; sys.modules['taichi'] = None; import numpy as np; "
         "from lariat.geometry.poses import Pose; from lariat.machine_code import library; "
         "from lariat.rod import Rod, RodProperties; "
-        "from lariat.control.model_factory import paper_rod; "
+        "from lariat.controllers import paper_rod; "
         "from lariat.perception.centerline import chain_fit; "
         "from lariat.scenario.sections import PaperControl; "
         "places = np.zeros(3), np.array([0.4, 0.0, 0.0]); "

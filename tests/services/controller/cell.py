@@ -10,9 +10,9 @@ from jaxtyping import Float64
 from lariat.control.estimation.adaptation import apply_material
 from lariat.control.estimation.material_filter import MaterialFilter
 from lariat.control.estimation.state_estimator import StateEstimator
-from lariat.control.model_factory import receding_horizon_controller
 from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
 from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
+from lariat.controllers import receding_horizon_controller
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RolloutSpec

@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 import zenoh
 
-from lariat.version import MESSAGE_VERSION
 from shared import bus as buses
 from shared import topics
 from shared.bus import BusError, BusOptions
 from shared.messages import Health, NodeChain, TaskRequest
 from shared.topics import RawImage
+from shared.version import MESSAGE_VERSION
 from tests.shared.cell import Cell, free_port, until
 
 

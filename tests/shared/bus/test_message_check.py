@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from lariat.version import MESSAGE_VERSION
 from shared.bus.message_check import MAX_REASON_LENGTH, MessageCheck, RawMessage
 from shared.messages import ArmState, ArmStates
 from shared.topics import ARM_STATE
+from shared.version import MESSAGE_VERSION
 
 
 def test_refusal_quotes_no_more_than_the_beginning_of_a_message(

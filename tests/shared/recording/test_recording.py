@@ -26,11 +26,11 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from cli.repair import repair
 from lariat.scenario import parse
 from lariat.trajectory import SECOND
-from lariat.version import MESSAGE_VERSION, RECORDING_VERSION
 from shared import topics
 from shared.messages import NodeChain, timestamp
 from shared.recording import Recording, Writer, chunks, reader
 from shared.recording.layout import ROBOT_DESCRIPTION_TOPIC
+from shared.version import MESSAGE_VERSION, RECORDING_VERSION
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 OLD_RECORDING = Path(__file__).parents[2] / "replay" / "three-cylinders.mcap"

@@ -14,7 +14,6 @@ import pytest
 
 from lariat.scenario import Scenario, Shape
 from lariat.trajectory import SECOND
-from lariat.version import version
 from shared import topics
 from shared.messages import (
     ArmCommand,
@@ -28,6 +27,7 @@ from shared.messages import (
     grip,
 )
 from shared.topics import Topic
+from shared.version import version
 from stack import services
 from stack.client import RequestFailed
 from stack.commissioning import checks

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+from lariat.geometry.obstacle_checks import MAX_OBSTACLES
 from lariat.geometry.obstacles import TABLE, Obstacle
-from lariat.safety.guard.scene_guard import MAX_OBSTACLES, SceneGuard
+from lariat.safety.guard.scene_guard import SceneGuard
 
 POST = Obstacle("cylinder", (0.0, 0.0, 0.1), radius=0.02, height=0.2, name="post")
 BALL = Obstacle("sphere", (0.3, 0.0, 0.1), radius=0.05, name="ball")

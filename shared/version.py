@@ -11,8 +11,6 @@ MESSAGE_VERSION = 2
 """Version of topics and messages; a reader refuses messages of a newer version."""
 RECORDING_VERSION = 1
 """Version of recordings: metadata, attachments and channels; 0 stands for files without one."""
-SCENARIO_VERSION = 1
-"""Version of the keys of scenario files."""
 
 
 @cache

@@ -13,7 +13,7 @@ from lariat.geometry import polylines
 from lariat.geometry.poses import Pose
 from lariat.rod.part_fit import part_points
 from lariat.scenario import Shape, checks, load
-from lariat.scenario.goal_table import GOAL_LINE, goal_table, read_entry
+from shared.goal_table import GOAL_LINE, goal_table, read_entry
 from shared.messages import Goal, SavedGoal, grip
 
 SCENARIO = load("three-cylinders")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,10 +10,15 @@ import pytest
 
 from tests import conftest
 
-LIVE_FILE = conftest.FOLDER / "shared" / "runtime" / "test_live.py"
-COMPUTING_FILE = conftest.FOLDER / "shared" / "test_reset_counter.py"
-MIXED_FILE = conftest.FOLDER / "environments" / "test_shape_control.py"
-"""File with a test that is marked by hand."""
+FOLDER = Path(conftest.__file__).parent
+LIVE_FILES = [
+    FOLDER / "shared" / "runtime" / "test_live.py",
+    FOLDER / "browser" / "test_page.py",
+    FOLDER / "compose" / "test_compose.py",
+]
+COMPUTING_FILE = FOLDER / "shared" / "bus" / "test_message_check.py"
+MIXED_FILE = FOLDER / "environments" / "test_shape_control.py"
+"""File with one test that is marked."""
 
 
 @pytest.mark.parametrize(
@@ -23,21 +29,17 @@ MIXED_FILE = conftest.FOLDER / "environments" / "test_shape_control.py"
         ("slow", []),
         ("live or slow", []),
         ("live and not slow", [COMPUTING_FILE]),
-        ("not live and not slow", [LIVE_FILE]),
+        ("not live and not slow", LIVE_FILES),
     ],
 )
-def test_files_of_the_other_kind_are_left_out(expression: str, left_out: list[object]) -> None:
+def test_files_of_the_other_kind_are_left_out(expression: str, left_out: list[Path]) -> None:
     config: Any = SimpleNamespace(getoption=lambda name, default: expression)
-    for file in (LIVE_FILE, COMPUTING_FILE, MIXED_FILE):
+    for file in (*LIVE_FILES, COMPUTING_FILE, MIXED_FILE):
         ignored = conftest.pytest_ignore_collect(file, config)
         assert bool(ignored) == (file in left_out)
 
 
 def test_folders_and_files_elsewhere_are_never_left_out() -> None:
     config: Any = SimpleNamespace(getoption=lambda name, default: "live and not slow")
-    assert conftest.pytest_ignore_collect(conftest.FOLDER / "lariat", config) is None
-    assert conftest.pytest_ignore_collect(conftest.FOLDER.parent / "lariat.py", config) is None
-
-
-def test_every_live_file_exists() -> None:
-    assert all((conftest.FOLDER / place).exists() for place in conftest.LIVE)
+    assert conftest.pytest_ignore_collect(FOLDER / "lariat", config) is None
+    assert conftest.pytest_ignore_collect(FOLDER.parent / "lariat.py", config) is None

@@ -9,6 +9,8 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.live
+
 
 @pytest.mark.slow
 def test_nobody_else_reads_or_writes_and_a_run_reaches_its_goal_afterwards() -> None:

@@ -14,6 +14,8 @@ from benchmarks.faults.cases import CASES
 from benchmarks.faults.joint_log import JointLog
 from lariat.safety.guard.stop_causes import STOP_CAUSES
 
+pytestmark = pytest.mark.live
+
 
 def log_of(speeds: np.ndarray) -> JointLog:
     """A log of one joint that moves at these speeds, 8 ms apart, from 100 s on."""

@@ -17,6 +17,8 @@ from shared.bus import BusOptions
 from stack.credentials.cell_credentials import make_credentials
 from tests.shared.cell import until
 
+pytestmark = pytest.mark.live
+
 ROOT = Path(__file__).parents[2]
 
 

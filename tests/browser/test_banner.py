@@ -14,7 +14,7 @@ from tests.browser.chromium import NO_CHROMIUM, opened
 from tests.browser.stack import free_port
 from tests.dashboard.stage import Stage
 
-pytestmark = NO_CHROMIUM
+pytestmark = [pytest.mark.live, NO_CHROMIUM]
 
 SILENCE = """() => {
   window.isTheSame = true;

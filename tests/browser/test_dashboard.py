@@ -14,7 +14,7 @@ from lariat.scenario import load
 from tests.browser.chromium import NO_CHROMIUM, drag, on_screen, opened, press_set_goal
 from tests.browser.stack import running
 
-pytestmark = NO_CHROMIUM
+pytestmark = [pytest.mark.live, NO_CHROMIUM]
 
 SCENARIO = load("scenarios/three-cylinders.toml")
 

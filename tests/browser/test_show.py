@@ -19,7 +19,7 @@ from tests.browser.stack import free_port
 from tests.cli.test_show import Silent, record
 from tests.dashboard.stage import Stage
 
-pytestmark = NO_CHROMIUM
+pytestmark = [pytest.mark.live, NO_CHROMIUM]
 
 SCENARIO = load("fixed-end")
 STEPS = 30

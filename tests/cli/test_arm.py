@@ -15,6 +15,8 @@ from cli import __main__ as lariat
 from shared import topics
 from tests.shared.cell import Cell, until
 
+pytestmark = pytest.mark.live
+
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml"
 
 

@@ -12,6 +12,8 @@ import pytest
 from cli import __main__ as lariat
 from cli.held_key import REPEAT_PERIOD, HeldKey
 
+pytestmark = pytest.mark.live
+
 
 @pytest.fixture
 def terminal() -> Iterator[tuple[int, int]]:

@@ -22,6 +22,8 @@ from shared.recording import Recording
 from stack.launcher import module_entry
 from tests.shared.cell import Cell, free_port, until
 
+pytestmark = pytest.mark.live
+
 SCENARIO = Path(__file__).parents[2] / "scenarios/three-cylinders.toml"
 
 

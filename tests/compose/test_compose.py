@@ -29,7 +29,10 @@ def _engine() -> bool:
         return False
 
 
-pytestmark = pytest.mark.skipif(not _engine(), reason="no container engine answers `docker info`")
+pytestmark = [
+    pytest.mark.live,
+    pytest.mark.skipif(not _engine(), reason="no container engine answers `docker info`"),
+]
 
 
 @pytest.fixture(scope="module")

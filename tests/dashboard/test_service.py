@@ -13,6 +13,8 @@ from lariat.configuration import ConfigurationError
 from lariat.scenario import load
 from tests.dashboard.stage import Stage
 
+pytestmark = pytest.mark.live
+
 SCENARIO = load("scenarios/three-cylinders.toml")
 
 

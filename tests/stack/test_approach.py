@@ -15,6 +15,8 @@ from stack.approach import approach
 from stack.client import Client, RequestFailed
 from tests.shared.cell import Cell, until
 
+pytestmark = pytest.mark.live
+
 
 class Gateway:
     """Publishes a state at every look, and keeps what it hears."""

@@ -16,6 +16,8 @@ from stack import client as client_module
 from stack.client import Client, RequestFailed
 from tests.shared.cell import Cell, until
 
+pytestmark = pytest.mark.live
+
 
 @pytest.fixture
 def cell() -> Iterator[Cell]:

@@ -17,6 +17,8 @@ from shared import topics
 from shared.messages import NodeChain
 from tests.shared.cell import Cell
 
+pytestmark = pytest.mark.live
+
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_viewer_sees_the_bus_and_the_process_ends_when_told_to(number: signal.Signals) -> None:

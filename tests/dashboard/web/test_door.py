@@ -17,6 +17,8 @@ from tests.dashboard.web.listeners import tcp_listeners
 from tests.dashboard.web.visitor import Visitor
 from tests.shared.cell import free_port, until
 
+pytestmark = pytest.mark.live
+
 PASSWORD = "correct horse battery"
 LAB = {"Host": "lab.example", "Origin": "https://lab.example"}
 

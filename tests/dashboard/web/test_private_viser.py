@@ -13,6 +13,8 @@ import pytest
 from dashboard.web.private_viser import PrivateViser
 from tests.dashboard.web.listeners import tcp_listeners
 
+pytestmark = pytest.mark.live
+
 NOBODY = 65534
 
 

@@ -22,6 +22,8 @@ from tests.dashboard.stage import Stage
 from tests.dashboard.web.visitor import Visitor
 from tests.shared.cell import free_port, until
 
+pytestmark = pytest.mark.live
+
 SCENARIO = load("scenarios/three-cylinders.toml")
 encode = msgspec.msgpack.encode
 

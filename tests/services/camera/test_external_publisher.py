@@ -21,6 +21,8 @@ from tests.services.perception.cell import Cell as Lab
 from tests.services.perception.cell import scenario
 from tests.shared.cell import Cell, until
 
+pytestmark = pytest.mark.live
+
 COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)
 DEPTH = topics.CAMERA_DEPTH.at(DEFAULT_CAMERA)
 CALIBRATION = topics.CAMERA_CALIBRATION.at(DEFAULT_CAMERA)

@@ -2,7 +2,11 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
 from tests.services.cr5_emulator.bench import Bench, read
+
+pytestmark = pytest.mark.live
 
 GET = "GET /protocol/getAlarm HTTP/1.1\r\nHost: arm\r\nAccept: */*\r\n\r\n"
 

@@ -7,8 +7,12 @@ import contextlib
 import time
 from types import SimpleNamespace
 
+import pytest
+
 from services.cr5_emulator.tcp_server import LONGEST_ADVANCE, TcpServer
 from shared.runtime.clock import SystemClock
+
+pytestmark = pytest.mark.live
 
 
 class SlowEmulator:

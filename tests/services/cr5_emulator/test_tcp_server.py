@@ -19,6 +19,8 @@ from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway.drivers.cr5.client import Cr5Client
 from services.robot_gateway.drivers.cr5.tcp_link import TcpLink
 
+pytestmark = pytest.mark.live
+
 HOST = "127.0.0.47"
 
 

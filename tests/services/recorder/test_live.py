@@ -9,6 +9,8 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 from lariat.trajectory import SECOND
 from shared import bus, topics
 from shared.bus import BusOptions
@@ -16,6 +18,8 @@ from shared.messages import IDLE, RUNNING, NodeChain, TaskState
 from shared.recording import Recording
 from shared.runtime.clock import SystemClock
 from tests.services.recorder.test_service import TEXT
+
+pytestmark = pytest.mark.live
 
 
 def free_port() -> int:

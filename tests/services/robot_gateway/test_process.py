@@ -19,6 +19,8 @@ from shared.messages import ArmCommand, ArmStates
 from stack.client import Client
 from tests.shared.cell import Cell, until
 
+pytestmark = pytest.mark.live
+
 SCENARIO = str(Path(__file__).parents[3] / "scenarios" / "fixed-end.toml")
 HOST = "127.0.0.53"
 START_TIMEOUT = 60.0

@@ -20,6 +20,8 @@ from shared.topics import RawImage
 from shared.version import MESSAGE_VERSION
 from tests.shared.cell import Cell, free_port, until
 
+pytestmark = pytest.mark.live
+
 
 @pytest.fixture
 def cell() -> Iterator[Cell]:

@@ -22,6 +22,8 @@ from shared.runtime.clock import SystemClock
 from shared.runtime.service import Inbox, Publication
 from tests.shared.cell import Cell, until
 
+pytestmark = pytest.mark.live
+
 MODULE = "tests.shared.beacon"
 
 

@@ -15,6 +15,8 @@ from stack.launcher.fork_server import ForkServer
 from stack.launcher.process import Process, Program, process_environment
 from tests.shared.cell import until
 
+pytestmark = pytest.mark.live
+
 PROBE = "tests.stack.launcher.probe"
 
 

@@ -18,6 +18,8 @@ from shared import topics
 from shared.messages import ProcessState, StackRequest, StackState, TaskRequest
 from tests.shared.cell import Cell, until
 
+pytestmark = pytest.mark.live
+
 RUNNING_TEXT = load("three-cylinders").text.partition("\n")[2]
 """Scenario of the first cell, without its first line, the name."""
 

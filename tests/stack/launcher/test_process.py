@@ -10,6 +10,8 @@ from stack.launcher.fork_server import ForkServer
 from stack.launcher.process import Process, Program
 from tests.shared.cell import until
 
+pytestmark = pytest.mark.live
+
 NICENESS = 7
 
 

@@ -1,6 +1,10 @@
 from __future__ import annotations
 
+import pytest
+
 from services.robot_gateway.drivers.cr5.link_quality import LinkQuality
+
+pytestmark = pytest.mark.live
 
 TICK = 8_000_000
 

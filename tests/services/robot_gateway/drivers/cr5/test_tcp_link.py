@@ -13,6 +13,8 @@ from lariat.configuration import ConfigurationError
 from services.robot_gateway.drivers.cr5.link import ByteStream
 from services.robot_gateway.drivers.cr5.tcp_link import TcpLink
 
+pytestmark = pytest.mark.live
+
 
 @pytest.fixture
 def server() -> Iterator[socket.socket]:

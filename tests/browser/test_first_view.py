@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 
+import pytest
+
 from benchmarks.first_view import find_browser, first_view
 from tests.browser.cell import started_cell
 from tests.browser.chromium import NO_CHROMIUM

@@ -33,6 +33,7 @@ DEFINITIONS = (
     "| in the paper | here |",
     "| | rope | cable |",
     "| what | target | measured | section |",
+    "| measurement | plant, sensing, adaptation | result | page |",
 )
 """Heads of tables that measure nothing: they define, or sum up the tables that they link."""
 

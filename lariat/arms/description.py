@@ -14,7 +14,7 @@ from lariat.scenario.sections import DRIVERS
 
 log = logging.getLogger(__name__)
 
-CR5_URDF = Path(__file__).parents[1] / "cr5" / "cr5.urdf"
+CR5_URDF = Path(__file__).with_name("cr5.urdf")
 """Nominal geometry of a CR5, with the collision cylinders of its links."""
 CR5_FLANGE = "link_6"
 """Link of that URDF that carries the tool."""

@@ -26,9 +26,6 @@ class ClientSettings:
     """Distance of the retreat after a collision [mm]."""
     tcp_speed: float | None = None
     """Speed of straight motions [mm/s]; None: their ratio of the maximum."""
-    force_control: bool = False
-    force: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    """Arguments of force control, by the command that set them."""
     frame_offset: Float64[np.ndarray, "6"] = field(default_factory=lambda: np.zeros(6))
     """Offset of the user frame that StartRTOffset applies [mm, deg]."""
     axis_limits: Float64[np.ndarray, "6 2"] = field(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 
 from services.cr5_emulator.command_parser import Call, CommandParser
-from services.cr5_emulator.http_interface import HttpRequestReader
 
 UNREAD_SEGMENT_LIMIT = 250
 """Segments that are kept for a client that does not read."""
@@ -20,7 +19,6 @@ class Connection:
         self.last_received = now
         """Time of the client's last bytes [s]."""
         self.reader = CommandParser()
-        self.requests = HttpRequestReader()
         self.waiting: deque[Call] = deque()
         """Calls received but not handled, as those behind a Sync."""
         self._segments: deque[bytes] = deque()

@@ -15,7 +15,6 @@ from services.cr5_emulator.commands.dispatch import CommandDispatcher
 from services.cr5_emulator.connection import Connection
 from services.cr5_emulator.controller import COLLISION_ALARM, Controller
 from services.cr5_emulator.feedback import FeedbackWriter
-from services.cr5_emulator.http_interface import HttpInterface
 from services.cr5_emulator.options import EmulatorOptions
 
 STEP_TIME = 0.008
@@ -27,8 +26,6 @@ FEEDBACK_PERIODS = {
     "v4": {30004: 8, 30005: 200, 30006: 1000},
 }
 """Mean time between packets on each port [ms]."""
-HTTP_PORTS = {"v3": (), "v4": (22000,)}
-"""Ports of the HTTP interface, by firmware."""
 IDLE_TIMEOUT = 10.0
 """Time without a command after which the fault `idle_close` closes a connection [s]."""
 REPLY_DELAY = 1.5
@@ -70,7 +67,6 @@ class Emulator:
         self.controller = Controller(options)
         self.commands = CommandDispatcher(self.controller)
         self.feedback = FeedbackWriter(self.controller)
-        self.http = HttpInterface(self.controller)
         self.now = start
         self._start = start
         self._steps = 0
@@ -86,8 +82,7 @@ class Emulator:
     @property
     def ports(self) -> tuple[int, ...]:
         """Ports on which the arm listens."""
-        pages = HTTP_PORTS[self.options.firmware]
-        return tuple(dict.fromkeys((*self._command_ports, *self._feedback_periods, *pages)))
+        return tuple(dict.fromkeys((*self._command_ports, *self._feedback_periods)))
 
     @property
     def _command_ports(self) -> tuple[int, ...]:
@@ -129,9 +124,6 @@ class Emulator:
             return
         for connection in self._connections:
             data = connection.received()
-            if connection.port in HTTP_PORTS[self.options.firmware]:
-                for request in connection.requests.feed(data):
-                    connection.write(self.http.answer(*request))
             if connection.closed or connection.port not in self._command_ports:
                 continue
             if data:
@@ -151,7 +143,6 @@ class Emulator:
         self._begin_faults()
         self.process()
         self.controller.advance(STEP_TIME)
-        self.http.watch(self.now)
         for connection, call in list(self._syncs):
             if not self.controller.busy:
                 self._syncs.remove((connection, call))

@@ -50,8 +50,8 @@ class EmulatorOptions:
     firmware: Firmware = "v3"
     release: Release = ""
     """Release of the firmware; empty: 3.5.7 or 4.6. 3.5.1 sends feedback on 30003 and only echoes
-    commands; 3.5.2 has ServoJ without a time and joints up to 180 deg; 3.5.5 lacks Pause, Continue,
-    SetUser and trays; 4.5 lists alarms by drive and lacks RequestControl and force control."""
+    commands; 3.5.2 has ServoJ without a time and joints up to 180 deg; 3.5.5 lacks Pause, Continue
+    and SetUser; 4.5 lists alarms by drive and lacks RequestControl."""
     calibrated: bool = False
     """Whether the geometry differs from the nominal one by about a millimetre."""
     joints: tuple[float, float, float, float, float, float] = (0.0, 0.0, -90.0, 0.0, 90.0, 0.0)
@@ -86,12 +86,8 @@ class EmulatorOptions:
     """Names of the controller's scripts; the arm stands still while one runs."""
     script_time: float = 5.0
     """Duration of every script [s]."""
-    traces: tuple[str, ...] = ("swing.csv",)
-    """Names of recorded trajectories: five degrees of the first joint, to and fro."""
     skin: bool = False
     """Whether the arm has the vendor's safety skin."""
-    force_sensor: bool = True
-    """Whether there is a force sensor at the flange."""
     tether: tuple[float, ...] = ()
     """Elastic tether at the gripper: x y z of its fixed end in the base [m], rest length [m],
     stiffness [N/m], and x y z of the grip in the flange [m]; empty: no tether."""

@@ -5,10 +5,8 @@ from __future__ import annotations
 from services.cr5_emulator.command_parser import Call, format_reply
 from services.cr5_emulator.commands.context import CommandContext
 from services.cr5_emulator.commands.direct_motion import DirectMotionCommands
-from services.cr5_emulator.commands.force_control import ForceControlCommands
 from services.cr5_emulator.commands.io_ports import IoCommands
 from services.cr5_emulator.commands.kinematics_queries import KinematicsCommands
-from services.cr5_emulator.commands.palletizing import PalletizingCommands
 from services.cr5_emulator.commands.permissions import (
     DURING_PAUSED_SCRIPT,
     DURING_SCRIPT,
@@ -17,10 +15,8 @@ from services.cr5_emulator.commands.permissions import (
 )
 from services.cr5_emulator.commands.power import PowerCommands
 from services.cr5_emulator.commands.queued_motion import QueuedMotionCommands
-from services.cr5_emulator.commands.registers import RegisterCommands
 from services.cr5_emulator.commands.settings import SettingCommands
 from services.cr5_emulator.commands.signature import NO_SUCH_COMMAND, Command, Failure
-from services.cr5_emulator.commands.trajectory_files import TrajectoryFileCommands
 from services.cr5_emulator.controller import Controller
 
 
@@ -37,14 +33,10 @@ class CommandDispatcher:
         groups = (
             self.power,
             self.settings,
-            ForceControlCommands(context),
             io_ports,
-            RegisterCommands(context),
             KinematicsCommands(context),
-            PalletizingCommands(context),
             QueuedMotionCommands(context, io_ports),
             DirectMotionCommands(context),
-            TrajectoryFileCommands(context),
         )
         self.table: dict[str, Command] = {
             name.lower(): command

@@ -107,19 +107,6 @@ def test_a_pulse_ends_by_itself() -> None:
     assert states[-1] == 0
 
 
-def test_points_of_a_tray_lie_evenly_along_its_rows_then_its_columns() -> None:
-    bench = Bench("v4")
-    corners = ["0,0,0", "20,0,0", "20,10,0", "0,10,0"]
-    poses = ",".join(f"{{pose = {{{c},0,0,0}}}}" for c in corners)
-    assert bench.ask(f"CreateTray(t,{{3,2}},{poses})").startswith("0,")
-    found = []
-    for k in range(1, 7):
-        reply = bench.ask(f"GetTrayPoint(t,{k})")
-        found.append([float(v) for v in reply.split("{")[1].split("}")[0].split(",")][:4])
-    expected = [[0, x, y, 0] for y in (0, 10) for x in (0, 10, 20)]
-    np.testing.assert_allclose(found, expected, atol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("release", "call", "reply"),
     [

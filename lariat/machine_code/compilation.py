@@ -54,7 +54,7 @@ def build_library(folder: Path, source: KernelSource) -> tuple[str, Path]:
         CalledProcessError: The assembler or the linker failed.
     """
     key = own_key(source)
-    target_processor.name_target(Path(taichi_python.__file__))
+    target_processor.name_target(Path(taichi_python.__file__).resolve())
     taichi_runtime.start(writes_assembly=True)
     kernel = attribute(source.function)
     expected = attribute(source.trials)()

@@ -31,7 +31,7 @@ KEY_MARKER = "lariat-kernel-key:"
 """Text in a library that precedes its key."""
 ARGUMENTS_MARKER = "lariat-kernel-arguments:"
 """Text in a library that precedes the types of the kernel's arguments."""
-MAX_KEPT_LIBRARIES = 4
+MAX_KEPT_LIBRARIES = 40
 """Number of libraries of a kernel that stay in the folder; the least recently used are deleted."""
 RETRY_DELAY = 86400.0
 """Time after a failed compilation before it is tried again [s]; an attempt takes up to 15 s."""

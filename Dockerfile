@@ -5,8 +5,8 @@
 #
 # The base image is an argument, so that a cell can pin it by its digest:
 #   docker build --build-arg PYTHON_IMAGE=python:3.11-slim-bookworm@sha256:… …
-# Only the paper's controller needs PyTorch (`control.method = "network"`) and Taichi itself
-# (`control.solver = "xpbd"`), and gets both by
+# Only the paper's controller needs PyTorch (`control.method = "network"` or `"actions"`) and Taichi
+# itself (`control.solver = "xpbd"`), and gets both by
 #   docker build --target controller --build-arg TORCH=torch==2.13.0 …
 # It is not locked: its build is the user's choice. A wheel that is not to come from a package
 # registry is laid into the build context `wheels`:

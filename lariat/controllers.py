@@ -16,9 +16,7 @@ from lariat.control.mpc.gauss_newton import GaussNewton
 from lariat.control.mpc.horizon import HorizonOptimizer
 from lariat.control.mpc.objective import ObjectiveWeights
 from lariat.control.mpc.receding_horizon import RecedingHorizonController
-from lariat.paper.adaptation import PaperAdaptation
 from lariat.paper.optimizer import PaperOptimizer
-from lariat.paper.policies import Actions, Network
 from lariat.paper.xpbd import XpbdProperties, XpbdRod
 from lariat.rod import Rod
 from lariat.safety.motion_contract import OFFSET_LIMIT_SHARE, PATHLESS_LIMIT_SHARE
@@ -111,6 +109,9 @@ def adaptation(scenario: Scenario, rod: Rod) -> Adaptation:
     """
     if scenario.control.solver == "direct":
         return MaterialFilter(rod.properties)
+    # Imported late, as below: PyTorch is installed where the paper's methods are wanted.
+    from lariat.paper.adaptation import PaperAdaptation
+
     return PaperAdaptation(_paper_rod_of(scenario), scenario.control.paper)
 
 
@@ -165,8 +166,12 @@ def horizon_optimizer(
                 moves, control.horizon, control.time_step, control.iterations, weights, limits
             )
         case "actions":
+            from lariat.paper.policies import Actions
+
             policy = Actions(paper.horizon, free)
         case "network":
+            from lariat.paper.policies import Network
+
             policy = Network(node_count, free, paper.learning_rate, seed=0)
         case _:
             raise ValueError(f"control.method = {control.method!r} is no optimizer of Lariat's own")

@@ -41,7 +41,8 @@ def _libraries(scenario: Scenario, part: str) -> tuple[str, ...]:
         case "planner":
             return ("taichi", *["pinocchio"] * bool(arms))
         case "controller":
-            return ("taichi", "torch") if scenario.control.method == "network" else ("taichi",)
+            paper = scenario.control.method in ("network", "actions")
+            return ("taichi", "torch") if paper else ("taichi",)
         case "robot_gateway":
             simulated = [end for end in arms if end.driver != "cr5" and not end.address]
             return (*["pinocchio"] * bool(arms), *["mujoco"] * bool(simulated))

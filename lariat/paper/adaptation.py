@@ -10,17 +10,18 @@ ratios can be found.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import torch
 from jaxtyping import Bool, Float64
 
 from lariat.control.estimation.adaptation import ParameterEstimate
 from lariat.control.estimation.grip_errors import GripErrors
 from lariat.control.estimation.state_estimator import StateEstimator
-from lariat.paper.policies import Adam
 from lariat.paper.xpbd import PARAMETERS, XpbdProperties, XpbdRod
 from lariat.rod import RodState, RolloutSpec
 from lariat.scenario.sections import PaperControl
@@ -63,7 +64,10 @@ class PaperAdaptation:
         self.settled = True
         """Always true: a rope that stands still gives this method no information."""
         self._rod, self._settings = rod, settings
-        self._adam = Adam((len(PARAMETERS),), ADAM_RATE)
+        # Logarithms relative to the given parameters, and the damping factors themselves.
+        given = [0.0 if n in _LOGARITHMIC else getattr(rod.properties, n) for n in PARAMETERS]
+        self._values = torch.tensor(given, dtype=torch.float64)
+        self._optimizer = torch.optim.Adam([self._values], lr=ADAM_RATE)
         self._start: _HorizonStart | None = None
 
     @property
@@ -169,11 +173,15 @@ class PaperAdaptation:
             derivatives[name] * (getattr(p, name) if name in _LOGARITHMIC else 1.0)
             for name in PARAMETERS
         ]
-        steps = dict(zip(PARAMETERS, self._adam.step(np.array(gradient)).tolist(), strict=True))
+        self._values.grad = torch.tensor(gradient, dtype=torch.float64)
+        self._optimizer.step()
+        for name, value in zip(PARAMETERS, self._values, strict=True):
+            if name not in _LOGARITHMIC:
+                value.clamp_(0.0, MAX_DAMPING)
         changed = {
-            name: getattr(p, name) * np.exp(step)
+            name: getattr(self._rod.properties, name) * math.exp(value)
             if name in _LOGARITHMIC
-            else float(np.clip(getattr(p, name) + step, 0.0, MAX_DAMPING))
-            for name, step in steps.items()
+            else value
+            for name, value in zip(PARAMETERS, self._values.tolist(), strict=True)
         }
-        self.properties = replace(p, **{name: float(value) for name, value in changed.items()})
+        self.properties = replace(p, **changed)

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -26,7 +26,6 @@ from lariat.control.mpc.constraints import limit_grip_distance
 from lariat.control.mpc.horizon import HorizonPlan, HorizonProblem
 from lariat.geometry.near_pairs import near_pairs
 from lariat.geometry.obstacles import Obstacle, pack, signed_distance
-from lariat.paper.policies import Policy
 from lariat.rod import DifferentiableRod, RodState, RolloutSpec
 from lariat.scenario.sections import PaperControl
 from lariat.trajectory import MotionLimits
@@ -35,6 +34,48 @@ MIN_POTENTIAL_DISTANCE = 1e-3
 """Distance below which the potential of eq. (13) grows no further [m]."""
 MAX_APPROACH = 0.15
 """Maximum approach of a node to an obstacle within a horizon [m]."""
+
+
+class Policy(Protocol):
+    """Trainable map from nodes and goal to velocities."""
+
+    def begin(self, elapsed_steps: int) -> None:
+        """Begin a horizon.
+
+        Args:
+            elapsed_steps: Steps since the beginning of the last horizon.
+        """
+        ...
+
+    def velocities(
+        self, nodes: Float64[np.ndarray, "h n 3"], goal: Float64[np.ndarray, "n 3"]
+    ) -> Float64[np.ndarray, "h m"]:
+        """Velocities of the free components in each step [m/s, rad/s].
+
+        Args:
+            nodes: Nodes before each step [m].
+            goal: Nodes of the goal [m].
+        """
+        ...
+
+    def learn(self, gradient: Float64[np.ndarray, "h m"]) -> None:
+        """Take one step of Adam.
+
+        Args:
+            gradient: Gradient of the loss with respect to the velocities returned last.
+        """
+        ...
+
+    def gradient_in_nodes(
+        self, gradient: Float64[np.ndarray, "h m"], nodes: Float64[np.ndarray, "h n 3"]
+    ) -> Float64[np.ndarray, "h n 3"]:
+        """Gradient of the loss with respect to the nodes before each step, through the policy.
+
+        Args:
+            gradient: Gradient of the loss with respect to the velocities returned last.
+            nodes: Nodes for which these velocities were returned [m].
+        """
+        ...
 
 
 class PaperOptimizer:

@@ -14,7 +14,7 @@ from lariat.scenario import load
 from lariat.scenario.sections import End, Ends, PaperControl
 from services.controller.service import build
 
-SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
+SCENARIO = load(Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml")
 
 
 def test_controller_with_the_papers_rod_warms_up_and_adapts() -> None:

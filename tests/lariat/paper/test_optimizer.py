@@ -11,8 +11,8 @@ from jaxtyping import Float64
 from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
 from lariat.control.mpc.horizon import HorizonProblem
 from lariat.geometry.obstacles import Obstacle, signed_distance
-from lariat.paper.optimizer import PaperOptimizer
-from lariat.paper.policies import Actions, Network, Policy
+from lariat.paper.optimizer import PaperOptimizer, Policy
+from lariat.paper.policies import Actions, Network
 from lariat.paper.xpbd import XpbdProperties, XpbdRod
 from lariat.rod import Rod, RolloutSpec
 from lariat.scenario.sections import Limits, PaperControl

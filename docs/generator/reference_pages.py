@@ -31,11 +31,6 @@ LIBRARY = {
     "environments": (
         "environments.shape_control",
         "environments.scenes",
-        "environments.policies.grip_policy",
-        "environments.policies.distillation",
-        "environments.policies.training",
-        "environments.policies.reinforced_policy",
-        "environments.policies.reinforcement",
     ),
 }
 """Packages of each page of the library's reference."""

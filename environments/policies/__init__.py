@@ -1,1 +1,0 @@
-"""Policies of `environments.shape_control`, trained through the rod's gradients or from rewards."""

@@ -43,7 +43,6 @@ BENCHES: dict[str, Bench] = {
     "paper": Bench("benchmarks.paper.bench", "the paper's simulations, its methods and ours"),
     "perception": Bench("benchmarks.perception.bench", "accuracy of the perceived rope"),
     "physics": Bench("benchmarks.physics.bench", "the rod against the continuum and closed forms"),
-    "policies": Bench("benchmarks.policies", "a policy trained through the rod's gradients"),
     "real": Bench("benchmarks.real.bench", "the paper's real experiments, with MuJoCo as the lab"),
     "replay": Bench("benchmarks.replay", "smallest change of a number that each replay detects"),
     "resets": Bench("benchmarks.resets", "every shipped scenario run, reset and run again"),

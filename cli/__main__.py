@@ -42,7 +42,6 @@ VERBS = {
     "export": ("cli.export:main", "write a recording for Foxglove, Rerun, ROS 2 or as tables"),
     "repair": ("cli.repair:main", "copy the readable part of a damaged recording"),
     "identify": ("cli.identify:main", "identify a rope's material from its measured motion"),
-    "commission": ("cli.commission:main", "go through the first day of a cell, step by step"),
     "calibrate": (
         "cli.calibrate:main",
         "estimate the camera's pose from a marker that an arm carries",
@@ -67,7 +66,6 @@ CLIENT_VERBS = (
     "approach",
     "resume",
     "watch",
-    "commission",
 )
 """Verbs that talk to a running stack."""
 

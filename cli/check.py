@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
 import json as jsons
 import time
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import tyro
 
+from cli.task import LOCAL, CellOptions
 from lariat.scenario import SIDES, Scenario
 from lariat.scenario.plausibility import doubts
+from shared import topics
+from shared.cell_checks import REQUIRED_SERVICES, CellChecks, CheckResult
 from stack import dependencies, preflight, services
+from stack.client import Cell, Client, connect
 from stack.scenario_overrides import load_with
+
+LISTENING_TIME = 3.0
+"""Time for which a running stack is listened to, by default [s]."""
+POLL_PERIOD = 0.005
+"""Time between two reads of the bus [s]."""
 
 
 def main(
@@ -22,20 +34,28 @@ def main(
     plan: bool = False,
     alternatives: int = 1,
     nearest: Path | None = None,
+    live: bool = False,
+    seconds: float = LISTENING_TIME,
     json: bool = False,
+    cell: CellOptions = LOCAL,
     set: Annotated[
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="KEY=VALUE")
     ] = (),
 ) -> int:
     """Check a scenario: its values, and the rope at rest at its start and goal.
 
-    Values that are allowed but plausible only by mistake, e.g. of a unit, are named.
+    Values that are allowed but plausible only by mistake, e.g. of a unit, are named. With --live,
+    the running stack of the cell is checked too: processes, arms, camera, and what has been tried
+    of a first day (way to the start, slow run, stop in motion, power off), as in the page's tab
+    Checks. It commands nothing; listen longer to try these by the usual means meanwhile.
 
     Examples:
       lariat check three-cylinders
       lariat check my-cell.toml --plan
       lariat check my-cell.toml --plan --alternatives 3
       lariat check my-cell.toml --plan --nearest near.csv
+      lariat check my-cell.toml --live
+      lariat check my-cell.toml --live --seconds 600
       lariat check my-cell.toml --json
       lariat check three-cylinders --set rope.diameter=0.012
 
@@ -47,18 +67,23 @@ def main(
             most clearance first, then the fastest. A run follows the one that --plan alone finds.
         nearest: CSV file to which --plan writes the nodes of the nearest shape that can be reached,
             where no path leads to the goal; e.g. for `goal.nodes`.
+        live: Check the running stack of the cell, too.
+        seconds: Time for which --live listens [s]; each result is printed when it changes.
         json: Answer with one JSON object on standard output.
+        cell: Address of the stack, for --live.
         set: Replaces one value of the scenario, as in `lariat run`; may be repeated.
 
     Returns:
-        0 for a valid scenario; 1 if no path to the goal was found; 2 after one line that names the
+        0 for a valid scenario; 1 if no path to the goal was found, or a check of the running stack
+        has failed; 2 after one line that names the
         error.
     """
-    cell = load_with(scenario, set)
-    dependencies.check(cell, services.NAMES)
-    reports = preflight.check(cell)
-    starts = arm_starts(cell)
-    path = planned(cell, alternatives, nearest) if plan else {}
+    loaded = load_with(scenario, set)
+    dependencies.check(loaded, services.NAMES)
+    reports = preflight.check(loaded)
+    starts = arm_starts(loaded)
+    path = planned(loaded, alternatives, nearest) if plan else {}
+    code = 0 if path.get("reached", True) else 1
     if json:
         shapes = {
             key: {"clearance_mm": round(1e3 * r.clearance, 3), "nearest": r.nearest}
@@ -66,18 +91,22 @@ def main(
             if r.nearest
         }
         answer = {
-            "scenario": cell.name,
+            "scenario": loaded.name,
             "ok": True,
-            "doubts": list(doubts(cell)),
+            "doubts": list(doubts(loaded)),
             "shapes": shapes,
             "start_joints_deg": starts,
         }
         if plan:
             answer["plan"] = path
+        if live:
+            results = listen(cell, loaded, seconds, quiet=True)
+            answer["live"] = [asdict(result) for result in results]
+            code = max(code, int(any(result.outcome == "failed" for result in results)))
         print(jsons.dumps(answer))
-        return 0 if path.get("reached", True) else 1
-    print(f"{scenario} is in order: {cell.description or cell.name}")
-    for line in doubts(cell):
+        return code
+    print(f"{scenario} is in order: {loaded.description or loaded.name}")
+    for line in doubts(loaded):
         print(f"  plausible only by mistake: {line}")
     for key, report in reports.items():
         near = (
@@ -111,7 +140,51 @@ def main(
             print(f"  at the start itself, {path['start_fault']}")
         for words in path["would_help"]:
             print(f"  would help: {words}")
-    return 0 if path.get("reached", True) else 1
+    if live:
+        results = listen(cell, loaded, seconds, quiet=False)
+        code = max(code, int(any(result.outcome == "failed" for result in results)))
+    return code
+
+
+def listen(cell: Cell, scenario: Scenario, seconds: float, quiet: bool) -> tuple[CheckResult, ...]:
+    """Listen to a running stack and return the results of its checks.
+
+    Args:
+        cell: Address of the stack.
+        scenario: The cell's file.
+        seconds: Duration [s]; Ctrl-C ends it earlier.
+        quiet: Whether nothing is printed.
+    """
+    checks = CellChecks(scenario)
+    with connect(cell) as client:
+        _feed(checks, client, seconds, quiet)
+    return checks.results()
+
+
+def _feed(checks: CellChecks, client: Client, seconds: float, quiet: bool) -> None:
+    """Pass what is heard on to the checks; print each result when it changes."""
+    takers = {
+        topics.ARM_STATE: checks.take_arms,
+        topics.TASK_STATE: checks.take_task,
+        topics.ROPE_NODES: checks.take_rope,
+    }
+    heard = [(client.bus.subscribe(topic), take) for topic, take in takers.items()]
+    for name in REQUIRED_SERVICES:
+        subscription = client.bus.subscribe(topics.HEALTH.at(name))
+        heard.append((subscription, partial(checks.take_health, name)))
+    begun, shown = time.monotonic(), {}
+    with contextlib.suppress(KeyboardInterrupt):
+        while (age := time.monotonic() - begun) < seconds:
+            for subscription, take in heard:
+                for _, item in subscription.take():
+                    take(item.message)
+            # Before everything was heard once, results say nothing.
+            if not quiet and age > min(LISTENING_TIME, seconds) - 2.0 * POLL_PERIOD:
+                for result in checks.results():
+                    if shown.get(result.title) != result:
+                        print(f"  {result.outcome:7}{result.title}: {result.detail}", flush=True)
+                        shown[result.title] = result
+            time.sleep(POLL_PERIOD)
 
 
 def planned(cell: Scenario, alternatives: int = 1, nearest: Path | None = None) -> dict[str, Any]:

@@ -15,7 +15,6 @@ from shared import topics
 from shared.messages import (
     ArmCommand,
     ArmStates,
-    CommissioningAnswer,
     Consent,
     Goal,
     GoalDraft,
@@ -135,11 +134,6 @@ class Outbox:
             command=command, boot=arms.boot, sequence=self._consents, answers=arms.stamp
         )
         self._unsent.append((topics.ARM_CONSENT, message, ""))
-
-    def answer_commissioning(self, question: str, yes: bool) -> str:
-        """Queue the answer to a question of the first day, and return the answer's id."""
-        message = CommissioningAnswer(question_id=question, yes=yes)
-        return self._add(topics.COMMISSIONING_ANSWER, message, "")
 
     def draft_goal(
         self,

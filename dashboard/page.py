@@ -20,8 +20,8 @@ from dashboard.outbox import Notification, Outbox
 from dashboard.panels.camera_feed import CameraFeed
 from dashboard.panels.camera_image import CameraImage
 from dashboard.panels.campaign.campaign_panel import CampaignPanel
+from dashboard.panels.checks_panel import ChecksPanel
 from dashboard.panels.events.events_panel import EventsPanel
-from dashboard.panels.first_day_panel import FirstDayPanel
 from dashboard.panels.health_panel import HealthPanel
 from dashboard.panels.parameter_panel import ParameterPanel
 from dashboard.panels.run_plots import RunPlots
@@ -30,12 +30,13 @@ from dashboard.panels.scenario.scenario_panel import ScenarioPanel
 from dashboard.scene.legend import COLORINGS, Coloring, legend_html
 from dashboard.scene.scene_setup import initial_viewpoint, set_theme
 from dashboard.scene.scene_view import INITIALLY_HIDDEN, LAYERS, SceneView
-from dashboard.subscriptions import STALE_AGE, latest_with_age, unheard
+from dashboard.subscriptions import HEALTHS, STALE_AGE, latest_with_age, unheard
 from dashboard.web.site import notify
 from lariat.geometry.obstacle_motion import obstacles_at
 from lariat.scenario import SIDES, Scenario
 from lariat.trajectory import NANOSECONDS, SECOND
 from shared import topics
+from shared.cell_checks import REQUIRED_SERVICES, CellChecks
 from shared.messages import (
     ArmStates,
     Message,
@@ -123,10 +124,11 @@ class Page:
         if live:
             with panel.add_tab("Runs", viser.Icon.LIST):
                 self._runs = RunsPanel(server, scenario, self._actions, outbox, self.notify)
-        self._first_day: FirstDayPanel | None = None
+        self._checks = CellChecks(scenario)
+        self._checks_panel: ChecksPanel | None = None
         if live:
-            with panel.add_tab("First day", viser.Icon.CHECKLIST):
-                self._first_day = FirstDayPanel(gui, self._actions, outbox)
+            with panel.add_tab("Checks", viser.Icon.CHECKLIST):
+                self._checks_panel = ChecksPanel(gui, self._checks)
         with panel.add_tab("Rope", viser.Icon.ADJUSTMENTS):
             self._parameters = ParameterPanel(gui, scenario, self._actions, outbox, live)
         with panel.add_tab("Events", viser.Icon.LIST_DETAILS):
@@ -223,6 +225,7 @@ class Page:
             self.notify(notification)
         self._report_refused_setpoints(arms)
         self._events.take(inbox)
+        self._feed_checks(inbox)
         for item in inbox.every(topics.TASK_STATE):
             self._plots.add(item.message)
             self._parameters.mark_run(item.message)
@@ -261,6 +264,17 @@ class Page:
         with self._server.atomic():
             self._draw(inbox, now, task, task_age)
 
+    def _feed_checks(self, inbox: Inbox) -> None:
+        for item in inbox.every(topics.ARM_STATE):
+            self._checks.take_arms(item.message)
+        for item in inbox.every(topics.TASK_STATE):
+            self._checks.take_task(item.message)
+        for name in REQUIRED_SERVICES:
+            if fresh := inbox.fresh(HEALTHS[name]):
+                self._checks.take_health(name, fresh.message)
+        if fresh := inbox.fresh(topics.ROPE_NODES):
+            self._checks.take_rope(fresh.message)
+
     def _draw(self, inbox: Inbox, now: int, task: TaskState | None, task_age: float) -> None:
         arms, arms_age = latest_with_age(inbox, topics.ARM_STATE, now)
         rope, _ = latest_with_age(inbox, topics.ROPE_NODES, now)
@@ -291,8 +305,8 @@ class Page:
             self._scenarios.update(launcher, task, self._obstacles)
         if self._campaigns is not None:
             self._campaigns.update(launcher, latest_with_age(inbox, topics.CAMPAIGN_STATE, now)[0])
-        if self._first_day is not None:
-            self._first_day.update(*latest_with_age(inbox, topics.COMMISSIONING_STATE, now))
+        if self._checks_panel is not None:
+            self._checks_panel.draw()
         self._events.draw(now)
         self._health.update(inbox, now)
 

@@ -31,7 +31,6 @@ class DashboardService:
         topics.ARM_CONSENT,
         topics.RUN_LIST_REQUEST,
         topics.GOAL_LIST_REQUEST,
-        topics.COMMISSIONING_ANSWER,
         topics.STACK_REQUEST,
     )
     rate = 30.0

@@ -50,7 +50,6 @@ READS: tuple[Topic, ...] = (
     topics.GOAL_LIST,
     topics.STACK_STATE,
     topics.CAMPAIGN_STATE,
-    topics.COMMISSIONING_STATE,
     *HEALTHS.values(),
     *LOGS,
 )

@@ -24,8 +24,6 @@ from shared.messages import (
     ArmCommand,
     ArmStates,
     CampaignState,
-    CommissioningAnswer,
-    CommissioningState,
     Consent,
     GoalDraft,
     GoalList,
@@ -230,8 +228,6 @@ HEALTH = Topic("health/{service}", Health, "every service", "latest")
 TRACE = Topic("trace/{service}", Trace, "every service", "latest")
 LOG = Topic("log/{service}", Log, "every service", "every")
 STACK_STATE = Topic("stack/state", StackState, "lariat", "latest")
-COMMISSIONING_STATE = Topic("commissioning/state", CommissioningState, "lariat", "latest")
-COMMISSIONING_ANSWER = Topic("commissioning/answer", CommissioningAnswer, "dashboard", "every")
 STACK_REQUEST = Topic("stack/request", StackRequest, "dashboard, lariat", "every")
 CAMPAIGN_STATE = Topic("campaign/state", CampaignState, "lariat", "latest")
 VIEW_SCENE = Topic("view/scene", SceneUpdate, "recorder", "latest")

@@ -23,11 +23,6 @@ from shared.messages.arm_pb2 import (
     Consent,
     Setpoints,
 )
-from shared.messages.commissioning_pb2 import (
-    CommissioningAnswer,
-    CommissioningState,
-    CommissioningStep,
-)
 from shared.messages.control_pb2 import (
     Estimate,
     Parameter,
@@ -100,9 +95,6 @@ __all__ = [
     "ArmStates",
     "CampaignState",
     "CampaignTrial",
-    "CommissioningAnswer",
-    "CommissioningState",
-    "CommissioningStep",
     "Consent",
     "Estimate",
     "Goal",

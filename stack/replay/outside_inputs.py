@@ -211,8 +211,6 @@ def _ask_again(outbox: Any, entry: Entry) -> None:
             outbox.request_runs(message.action, list(message.runs), words, **given)
         case topics.GOAL_LIST_REQUEST.key:
             outbox.request_goals(message.action, message.name, words, message.goal)
-        case topics.COMMISSIONING_ANSWER.key:
-            outbox.answer_commissioning(message.question_id, message.yes)
         case topics.STACK_REQUEST.key:
             fields = {f.name: v for f, v in message.ListFields()}
             given = {k: v for k, v in fields.items() if k not in ("id", "stamp", "action")}

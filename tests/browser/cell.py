@@ -18,7 +18,6 @@ from shared.messages import (
     ArmCommand,
     ArmStates,
     CampaignState,
-    CommissioningState,
     Goal,
     GoalDraft,
     GoalList,
@@ -64,7 +63,6 @@ class Cell(threading.Thread):
         """Whether nothing is played any more."""
         self.runs: RunList | None = None
         """List of the recorder."""
-        self.first_day: CommissioningState | None = None
         """Checklist of the first day that is gone through."""
         self.stack: StackState | None = None
         """State of whoever runs the stack."""
@@ -91,8 +89,6 @@ class Cell(threading.Thread):
                 self._stage.send(topics.ARM_STATE, arms)
                 if self.scene is not None:
                     self._stage.send(topics.SCENE_STATE, self.scene)
-                if self.first_day is not None:
-                    self._stage.send(topics.COMMISSIONING_STATE, self.first_day)
                 if self.runs is not None:
                     self._stage.send(topics.RUN_LIST, self.runs)
                 if self.stack is not None:

@@ -12,8 +12,6 @@ from playwright.sync_api import Page, expect
 from shared import topics
 from shared.messages import (
     ArmCommand,
-    CommissioningState,
-    CommissioningStep,
     RunList,
     RunListRequest,
     RunSummary,
@@ -81,31 +79,11 @@ def test_runs_are_compared_noted_and_deleted_after_a_question(cell: tuple[Cell, 
     page.get_by_role("tab", name="Run", exact=True).click()
 
 
-def test_a_question_of_the_first_day_is_answered_by_its_own_buttons(
-    cell: tuple[Cell, Page],
-) -> None:
-    stage, page = cell
-    page.get_by_role("tab", name="First day").click()
-    expect(page.get_by_text("lariat commission FILE --page")).to_be_visible()
-    steps = [
-        CommissioningStep(title="Power", outcome="passed", detail="armed and ready"),
-        CommissioningStep(title="Stop in motion"),
-    ]
-    for number, answer in ((1, "Yes"), (2, "No")):
-        stage.first_day = CommissioningState(
-            steps=steps,
-            current=2,
-            line="2/2 Stop in motion …",
-            question=f"May the arms move, {number}?",
-            question_id=f"lariat-{number}",
-        )
-        expect(page.get_by_text(f"May the arms move, {number}?")).to_be_visible()
-        page.get_by_role("button", name=answer, exact=True).click()
-        sent = stage.asked(topics.COMMISSIONING_ANSWER)
-        assert (sent.question_id, sent.yes) == (f"lariat-{number}", answer == "Yes")
-        expect(page.get_by_role("button", name=answer, exact=True)).to_be_hidden()
-    expect(page.get_by_text("armed and ready")).to_be_visible()
-    stage.first_day = None
+def test_checks_show_what_the_page_has_seen_of_the_cell(cell: tuple[Cell, Page]) -> None:
+    _, page = cell
+    page.get_by_role("tab", name="Checks").click()
+    expect(page.get_by_text("Stop in motion")).to_be_visible()
+    expect(page.get_by_text("hold the arms in the middle of a run")).to_be_visible()
     page.get_by_role("tab", name="Run", exact=True).click()
 
 

@@ -1,0 +1,55 @@
+"""Tab of the checks of a cell: what `lariat check --live` prints, as the page has seen it."""
+
+from __future__ import annotations
+
+import html
+
+import viser
+
+from dashboard import palette
+from dashboard.panels.note import note_html, text_html
+from shared.cell_checks import CellChecks, CheckResult
+
+INTRODUCTION = (
+    "What this page has seen of the cell since it began to listen. `lariat check FILE --live` "
+    "prints the same. Nothing moves for a check: arm, approach, run and hold as usual."
+)
+MARKS = {"passed": "✓", "failed": "✗", "open": "○"}
+"""Mark of a check by its outcome."""
+
+
+class ChecksPanel:
+    """List of checks with their results."""
+
+    def __init__(self, gui: viser.GuiApi, checks: CellChecks) -> None:
+        """Add the list to the page.
+
+        Args:
+            gui: The page's GUI.
+            checks: Checks, which the page feeds.
+        """
+        self._checks = checks
+        gui.add_html(note_html(INTRODUCTION))
+        self._list, self._shown = gui.add_html(""), ""
+
+    def draw(self) -> None:
+        """Draw the results."""
+        shown = list_html(self._checks.results())
+        if shown != self._shown:
+            self._list.content = self._shown = shown
+
+
+def list_html(results: tuple[CheckResult, ...]) -> str:
+    """HTML of results."""
+    rows = []
+    for result in results:
+        color = f"color:rgb{palette.BAD}" if result.outcome == "failed" else ""
+        rows.append(
+            f"<tr style='{color}'><td style='width:1.4em'>{MARKS[result.outcome]}</td>"
+            f"<td>{html.escape(result.title)}"
+            f"<div style='opacity:.75'>{text_html(result.detail)}</div></td></tr>"
+        )
+    return (
+        "<div style='margin:.4em 1em;font-size:.85em'>"
+        f"<table style='border-spacing:0 .25em'>{''.join(rows)}</table></div>"
+    )

@@ -1,1 +1,0 @@
-"""Commissioning of a cell."""

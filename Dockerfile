@@ -29,19 +29,17 @@ RUN apt-get update -qq && apt-get install -y -qq --no-install-recommends binutil
 COPY requirements/slim /usr/local/bin/
 WORKDIR /app
 
-# Editable, the stack is the folder /app on the path.
+# Editable, the package is the folder /app on the path.
 FROM installer AS common_packages
 RUN --mount=type=bind,source=requirements/router.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --prefix=/packages --require-hashes --requirement /lock.txt
 COPY pyproject.toml LICENSE ./
 COPY lariat/README.md lariat/
-COPY stack/pyproject.toml stack/
 RUN --mount=type=bind,source=requirements/build.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --require-hashes --requirement /lock.txt \
- && pip install --quiet --prefix=/packages --no-deps --no-build-isolation \
-    --editable . --editable ./stack \
+ && pip install --quiet --prefix=/packages --no-deps --no-build-isolation --editable . \
  && slim /packages
 
 # Further packages, beside those of every process.

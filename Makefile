@@ -46,7 +46,7 @@ clean:
 # build is the user's choice: one that is installed already stays. A lock names all that it needs but
 # PyTorch, so that nothing is resolved.
 install = $(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement requirements/$(1).txt && \
-  $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable . --editable ./stack && \
+  $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable . && \
   $(BIN)/python -m pip install --quiet --editable '.[torch]' --no-build-isolation
 
 .venv/installed: requirements/all.txt | .venv/bin/python

@@ -35,7 +35,7 @@ def compute(
         from distributed import Client, as_completed
     except ImportError:
         raise ConfigurationError(
-            "campaigns on several machines need Dask: pip install -e './stack[cluster]'"
+            "campaigns on several machines need Dask: pip install -e '.[cluster]'"
         ) from None
     try:
         client = Client(address, timeout=CONNECTION_TIMEOUT)

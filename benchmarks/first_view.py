@@ -33,9 +33,7 @@ def find_browser() -> str:
     try:
         import playwright.sync_api  # noqa: F401
     except ImportError:
-        raise ConfigurationError(
-            "--browser needs Playwright: pip install -e './stack[bench]'"
-        ) from None
+        raise ConfigurationError("--browser needs Playwright: pip install -e '.[bench]'") from None
     for name in BROWSERS:
         if (path := shutil.which(name)) is not None:
             return path

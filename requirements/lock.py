@@ -29,10 +29,12 @@ IMAGES = (
     "dashboard",
     "cli",
 )
-"""Images and stages of their build with a lock of their own, and extras of the stack; planner and
-emulator take the lock of `robot_gateway`, the controller that of `router`, or of `network`."""
-COMPILED = ("sim", "perception")
-"""Images that hold kernels which the stage `rod` has compiled, and no compiler."""
+"""Images and stages of their build with a lock of their own; planner and emulator take the lock of
+`robot_gateway`, the controller that of `router`, or of `network`."""
+EXTRAS = {"sim": "simulation", "network": "torch", "robot_gateway": "planning"}
+"""Extra of an image, where its name is another one."""
+COMPILING = ("all", "dev", "rod", "network")
+"""What holds a compiler of kernels; images hold those that the stage `rod` has compiled."""
 COMPILER = "taichi=="
 """Beginning of the library's requirement of a compiler."""
 ALL = tuple(image for image in IMAGES if image != "camera")
@@ -40,7 +42,7 @@ ALL = tuple(image for image in IMAGES if image != "camera")
 BUILD_REQUIREMENTS = ("editables", "hatchling", "pip", "setuptools", "wheel")
 """Packages with which the packages of this repository are installed, without a build environment
 from outside."""
-HEADER = "# Made by `make lock` from the pyproject.toml files; not edited by hand.\n"
+HEADER = "# Made by `make lock` from pyproject.toml; not edited by hand.\n"
 """First line of a lock."""
 
 
@@ -52,41 +54,27 @@ def main() -> None:
     (FOLDER / "all.txt").write_text(HEADER + union(_read(image) for image in ALL))
 
 
-def requirements(extra: str) -> set[str]:
-    """Return the requirements of an image or of `dev`, those of the library included.
+def requirements(image: str) -> set[str]:
+    """Return the requirements of an image or of `dev`.
 
     Args:
-        extra: Name of an extra of the stack, or of an image or a stage without one.
+        image: Name of an image or of a stage of their build, `all` or `dev`.
     """
-    library = tomllib.loads((FOLDER.parent / "pyproject.toml").read_text())["project"]
-    stack = tomllib.loads((FOLDER.parent / "stack" / "pyproject.toml").read_text())["project"]
-    if extra == "build":
+    if image == "build":
         return set(BUILD_REQUIREMENTS)
-    found: set[str] = set(stack["dependencies"])
-    if extra in ("all", "dev"):
-        found |= set(BUILD_REQUIREMENTS)
-    pending = list(stack["optional-dependencies"].get(extra, ()))
-    if extra == "rod":
-        pending.append("lariat-rod")
+    project = tomllib.loads((FOLDER.parent / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
+    pending = [*project["dependencies"], *extras["bus"]]
+    pending += extras.get(EXTRAS.get(image, image), ())
+    found = set(BUILD_REQUIREMENTS) if image in ("all", "dev") else set()
     while pending:
         requirement = pending.pop()
-        name, extras = _name_and_extras(requirement)
-        if name == "lariat-stack":
-            for each in extras:
-                pending += stack["optional-dependencies"][each]
-        elif name == "lariat-rod":
-            pending += library["dependencies"]
-            for each in extras:
-                pending += library["optional-dependencies"][each]
-        elif extra not in COMPILED or not requirement.startswith(COMPILER):
+        own = re.match(r"lariat\[(.*)\]", requirement)
+        if own:
+            pending += [each for name in own[1].split(",") for each in extras[name]]
+        elif image in COMPILING or not requirement.startswith(COMPILER):
             found.add(requirement)
     return found
-
-
-def _name_and_extras(requirement: str) -> tuple[str, list[str]]:
-    match = re.match(r"([A-Za-z0-9_.-]+)(?:\[([^\]]*)\])?", requirement)
-    assert match is not None, requirement
-    return match[1], [e.strip() for e in (match[2] or "").split(",") if e.strip()]
 
 
 def _lock(name: str, wanted: set[str], constraint: Path | None) -> None:

@@ -15,8 +15,8 @@ RECORDING_VERSION = 1
 
 @cache
 def version() -> str:
-    """Return the installed version of the stack."""
-    return metadata.version("lariat-stack")
+    """Return the installed version."""
+    return metadata.version("lariat")
 
 
 @cache

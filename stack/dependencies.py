@@ -7,7 +7,7 @@ from importlib.util import find_spec
 
 from lariat.configuration import ConfigurationError
 from lariat.scenario import SIDES, Scenario
-from shared.runtime.live import EXTRAS
+from shared.runtime.live import HINT
 
 
 def check(scenario: Scenario, parts: Sequence[str]) -> None:
@@ -18,16 +18,12 @@ def check(scenario: Scenario, parts: Sequence[str]) -> None:
         parts: Names of the processes.
 
     Raises:
-        ConfigurationError: A library is missing; the text names the extra that brings it.
+        ConfigurationError: A library is missing; the text says how to install it.
     """
     for part in parts:
         for library in _libraries(scenario, part):
             if find_spec(library) is None:
-                extra = EXTRAS.get(library, part)
-                raise ConfigurationError(
-                    f"{part} needs {library}, which is not installed; "
-                    f"run in the clone: pip install -e . -e './stack[{extra}]'"
-                )
+                raise ConfigurationError(f"{part} needs {library}, which is not installed; {HINT}")
 
 
 def _libraries(scenario: Scenario, part: str) -> tuple[str, ...]:

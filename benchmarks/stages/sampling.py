@@ -106,7 +106,7 @@ def _py_spy(file: Path) -> list[str]:
     beside = Path(sys.executable).with_name("py-spy")
     program = str(beside) if beside.exists() else shutil.which("py-spy")
     if program is None:
-        raise ConfigurationError("py-spy is not installed; pip install -e './stack[profile]'")
+        raise ConfigurationError("py-spy is not installed; pip install -e '.[profile]'")
     return [
         program,
         "record",

@@ -58,7 +58,7 @@ _FUNCTIONS: dict[Stage, tuple[str, ...]] = {
         "services/sim/camera_messages.py:color_message",
         "services/sim/camera_messages.py:depth_message",
     ),
-    Stage("perception", "decode", "frame"): ("lariat/perception/rgbd/camera_view.py:images",),
+    Stage("perception", "decode", "frame"): ("services/perception/camera_view.py:images",),
     Stage("perception", "segment", "frame"): (
         "lariat/perception/centerline/observation.py:observe",
     ),

@@ -74,7 +74,7 @@ def main(
     except ModuleNotFoundError as error:
         raise ConfigurationError(
             f"--to {to} needs {error.name}, which is not installed; run in the clone: "
-            "pip install -e './stack[viewers]'"
+            "pip install -e '.[viewers]'"
         ) from error
     except OSError as error:
         raise ConfigurationError(f"cannot write {path}: {error}") from error

@@ -12,10 +12,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, UInt8
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
+
+Picture = UInt8[np.ndarray, "h w 3"] | UInt8[np.ndarray, "h w"]
+"""Red, green, blue; or the brightness, where nothing else is needed."""
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,11 @@ from pathlib import Path
 from lariat.configuration import ConfigurationError
 from lariat.suggestion import did_you_mean, did_you_mean_file
 
-SHIPPED_FOLDER = Path(__file__).parents[2] / "scenarios"
-"""Folder of the shipped scenarios, in a clone and in images."""
+_INSTALLED_FOLDER = Path(__file__).parent / "files"
+SHIPPED_FOLDER = (
+    _INSTALLED_FOLDER if _INSTALLED_FOLDER.is_dir() else Path(__file__).parents[2] / "scenarios"
+)
+"""Folder of the shipped scenarios: of the wheel, else of the clone."""
 
 
 def shipped_names() -> tuple[str, ...]:

@@ -15,10 +15,10 @@ from lariat.geometry.poses import Pose
 from lariat.perception.centerline.estimate import CenterlineEstimate
 from lariat.perception.markers.marker_obstacles import MarkerObstacles, ObstacleMove
 from lariat.perception.other_ropes.thin_structures import RgbdView
-from lariat.perception.rgbd.camera_monitor import CameraMonitor
-from lariat.perception.rgbd.camera_view import CameraView, Images
 from lariat.perception.rgbd.line_of_sight import Sight, line_of_sight
 from lariat.perception.tracking.rope_tracker import RopeTracker
+from services.perception.camera_monitor import CameraMonitor
+from services.perception.camera_view import CameraView, Images
 from shared import topics
 from shared.messages import stamp_of
 from shared.runtime.service import Inbox

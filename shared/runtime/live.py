@@ -64,8 +64,8 @@ REPORT_PERIOD = SECOND
 GARBAGE_COLLECTION_PERIOD = 5 * SECOND
 """Time between two garbage collections, which run between steps [ns]."""
 
-EXTRAS = {"torch": "network"}
-"""Extra of the stack that brings a library, where its name is not that of the process."""
+HINT = "run in the clone: pip install -e '.[all]'"
+"""How a library that is missing is installed."""
 
 
 @dataclass(frozen=True)
@@ -359,7 +359,5 @@ def _missing(module: str, name: str, error: ImportError) -> int:
     if library in ("services", "shared", "dashboard", "lariat", "stack", "benchmarks", "cli"):
         log.exception("%s cannot be imported", module)
         return EXIT_EXCEPTION
-    extra = EXTRAS.get(library, name)
-    way_out = f"run in the clone: pip install -e . -e './stack[{extra}]'"
-    print(f"{name}: {library} is not installed; {way_out}", file=sys.stderr)
+    print(f"{name}: {library} is not installed; {HINT}", file=sys.stderr)
     return EXIT_BAD_INPUT

@@ -109,7 +109,7 @@ def test_a_library_that_is_not_installed(
     monkeypatch.setattr(dependencies, "find_spec", without_mujoco)
     line = refused(capfd, "up", str(scenario))
     assert "sim needs mujoco, which is not installed" in line
-    assert "pip install -e . -e './stack[sim]'" in line
+    assert "pip install -e '.[all]'" in line
 
 
 def test_an_unknown_verb(capfd: pytest.CaptureFixture[str]) -> None:

@@ -60,7 +60,7 @@ def points() -> Iterator[WorkPrecision]:
     yield from rows
     for package, (solver, _) in EXTRAS.items():
         if importlib.util.find_spec(package) is None:
-            absent = "not installed: pip install -e './stack[bench]'"
+            absent = "not installed: pip install -e '.[bench]'"
             yield WorkPrecision(solver, 0, absent, *[np.nan] * 4)
 
 

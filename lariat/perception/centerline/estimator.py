@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float64, UInt16
 
 from lariat.geometry import polylines
-from lariat.geometry.cameras import Camera
+from lariat.geometry.cameras import Camera, Picture
 from lariat.geometry.poses import Pose
 from lariat.perception.centerline.chain_fit import ChainFit
 from lariat.perception.centerline.estimate import (
@@ -37,7 +37,6 @@ from lariat.perception.centerline.reprojection_consistency import (
     reprojection_consistency,
 )
 from lariat.perception.centerline.settings import CenterlineSettings
-from lariat.perception.rgbd.decoding import Picture
 
 CHORD_ERROR_SHARE = 0.5
 """Share of the correction from straight edges to a smooth rope that counts as uncertain [-]."""

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float32, Float64, UInt8, UInt16
 
 from lariat.geometry import polylines
-from lariat.geometry.cameras import Camera
+from lariat.geometry.cameras import Camera, Picture
 from lariat.perception.centerline.estimate import RopeModel
 from lariat.perception.centerline.ridge import Ridge, axis_points, extract_ridge
 from lariat.perception.centerline.segmentation import (
@@ -21,7 +21,6 @@ from lariat.perception.centerline.segmentation import (
 )
 from lariat.perception.centerline.settings import CenterlineSettings
 from lariat.perception.centerline.skeleton import trace_strands
-from lariat.perception.rgbd.decoding import Picture
 
 LIKENESS_DEPTH_STRIDE = 8
 """Stride of the depth pixels from which the rope's share of the image is estimated [pixels]."""

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from lariat.perception.rgbd.decoding import Picture
+from lariat.geometry.cameras import Picture
 
 Color = tuple[int, int, int]
 """Red, green, blue, 0..255."""

@@ -14,13 +14,12 @@ import numpy as np
 from jaxtyping import UInt16
 
 from lariat.geometry import poses
-from lariat.geometry.cameras import Camera
+from lariat.geometry.cameras import Camera, Picture
 from lariat.geometry.markers import top_height
 from lariat.geometry.obstacles import Obstacle
 from lariat.perception.markers.marker_detection import MarkerDetection, MarkerDetector, mask_markers
 from lariat.perception.markers.marker_pose import MarkerPoseFilter, locate_marker
 from lariat.perception.markers.plate_mask import PlateMask
-from lariat.perception.rgbd.decoding import Picture
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,10 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt16
 
-from lariat.geometry.cameras import Camera
+from lariat.geometry.cameras import Camera, Picture
 from lariat.geometry.markers import marker_pose
 from lariat.geometry.obstacles import Obstacle
 from lariat.perception.markers.marker_detection import BORDER_RATIO
-from lariat.perception.rgbd.decoding import Picture
 
 UNIT_SQUARE = np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], float)
 """Corners of a square of half side one, clockwise from the upper left."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
-from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from jaxtyping import UInt16
 
-from lariat.perception.rgbd.decoding import Picture
+from lariat.geometry.cameras import Intrinsics, Picture
 
 OPENCV_MODELS = ("", "plumb_bob", "rational_polynomial")
 """Distortion models whose coefficients are those of OpenCV."""
@@ -20,13 +21,20 @@ NEGLIGIBLE_DISTORTION = 0.05
 class Undistortion:
     """Undistorts colour and depth images of one calibration; the intrinsics stay the same."""
 
-    def __init__(self, calibration: CameraCalibration) -> None:
+    def __init__(
+        self, intrinsics: Intrinsics, distortion: Sequence[float], model: str = "plumb_bob"
+    ) -> None:
         """Prepare the remapping.
+
+        Args:
+            intrinsics: Intrinsics of both images.
+            distortion: Coefficients of the distortion model, in OpenCV's order.
+            model: Distortion model by its name in ROS.
 
         Raises:
             ValueError: The distortion model is unknown, or has a wrong number of coefficients.
         """
-        model, coefficients = calibration.distortion_model, np.array(calibration.D, float)
+        coefficients = np.array(distortion, float)
         self._maps = None
         if not np.any(coefficients):
             return
@@ -39,8 +47,9 @@ class Undistortion:
             raise ValueError(
                 f"D must hold 4, 5, 8, 12 or 14 finite coefficients, got {coefficients.tolist()}"
             )
-        matrix = np.array(calibration.K, float).reshape(3, 3)
-        size = calibration.width, calibration.height
+        i = intrinsics
+        matrix = np.array([[i.fx, 0.0, i.cx], [0.0, i.fy, i.cy], [0.0, 0.0, 1.0]])
+        size = i.width, i.height
         x, y = cv2.initUndistortRectifyMap(
             matrix, coefficients, np.eye(3), matrix, size, cv2.CV_32FC1
         )

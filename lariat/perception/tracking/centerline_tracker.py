@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float64, UInt16
 
 from lariat.geometry import polylines
+from lariat.geometry.cameras import Picture
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.perception.centerline.estimate import (
@@ -25,7 +26,6 @@ from lariat.perception.centerline.estimate import (
 )
 from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.perception.other_ropes.other_ropes import OtherRopes, SeenLine, is_away
-from lariat.perception.rgbd.decoding import Picture
 from lariat.perception.rgbd.depth_bias import DepthBias
 from lariat.perception.rgbd.line_of_sight import Sight, line_of_sight
 from lariat.perception.tracking.chain_doubt import ChainDoubt

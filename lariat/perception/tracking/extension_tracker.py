@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import UInt16
 
-from lariat.geometry.cameras import Camera
+from lariat.geometry.cameras import Camera, Picture
 from lariat.geometry.poses import Pose
 from lariat.perception.centerline.estimate import CenterlineEstimate, RopeModel
-from lariat.perception.rgbd.decoding import Picture
 from lariat.protocols import PerceptionSetup, RopePerception
 from lariat.scenario.extensions import Extension, ExtensionFault
 from lariat.trajectory import NANOSECONDS

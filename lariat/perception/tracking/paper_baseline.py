@@ -15,11 +15,10 @@ import numpy as np
 from jaxtyping import Float64, Int64, UInt16
 from skimage.morphology import skeletonize
 
-from lariat.geometry.cameras import Camera
+from lariat.geometry.cameras import Camera, Picture
 from lariat.geometry.poses import Pose
 from lariat.perception.centerline.estimate import CenterlineEstimate, RopeModel
 from lariat.perception.centerline.segmentation import brightness, segment_rope
-from lariat.perception.rgbd.decoding import Picture
 
 MAX_NEIGHBOUR_DISTANCE = 20.0
 """Distance of the nearest neighbour above which sorting stops [pixels]."""

@@ -7,10 +7,9 @@ from typing import Protocol
 import numpy as np
 from jaxtyping import UInt16
 
-from lariat.geometry.cameras import Camera
+from lariat.geometry.cameras import Camera, Picture
 from lariat.geometry.poses import Pose
 from lariat.perception.centerline.estimate import CenterlineEstimate
-from lariat.perception.rgbd.decoding import Picture
 
 
 class RopeTracker(Protocol):

@@ -56,7 +56,7 @@ class SimulatedArm:
             import mujoco
         except ModuleNotFoundError as error:
             raise ConfigurationError(
-                "the simulated arm needs MuJoCo; run in the clone: pip install -e './stack[sim]'"
+                "the simulated arm needs MuJoCo; run in the clone: pip install -e '.[simulation]'"
             ) from error
         self._mujoco, self._settings = mujoco, settings or SimulatedArmSettings()
         here = Pose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))

@@ -77,7 +77,7 @@ class UrLibrary:
             import rtde_receive  # pyright: ignore[reportMissingImports]
         except ModuleNotFoundError as error:
             raise ConfigurationError(
-                "driver = 'ur' needs ur_rtde; run in the clone: pip install -e './stack[ur]'"
+                "driver = 'ur' needs ur_rtde; run in the clone: pip install -e '.[ur]'"
             ) from error
         self.rtde_control, self.rtde_receive = rtde_control, rtde_receive
         self.dashboard_client, self.rtde_io = dashboard_client, rtde_io

@@ -15,12 +15,12 @@ from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import TABLE
 from lariat.geometry.poses import Pose
 from lariat.perception.centerline.estimator import CenterlineEstimator
-from lariat.perception.rgbd.decoding import decode_frame
 from lariat.scenario.cameras import DEFAULT_CAMERA
 from lariat.simulation.camera.rgbd_camera import Frame, RgbdCamera
 from lariat.simulation.camera.sensor_noise import NOISELESS
 from services.camera.service import CameraService
 from services.camera.stream import CameraStream
+from services.perception.decoding import decode_frame
 from shared.messages import stamp_of
 from shared.runtime.service import Inbox, Publication
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips

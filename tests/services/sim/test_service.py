@@ -6,12 +6,12 @@ import pytest
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
-from lariat.perception.rgbd.decoding import decode_frame
 from lariat.scenario.cameras import DEFAULT_CAMERA
 from lariat.simulation.plants.end_motion import EndMotion
 from lariat.simulation.plants.factory import true_properties
 from lariat.simulation.world import World
 from lariat.trajectory import SECOND
+from services.perception.decoding import decode_frame
 from services.sim.service import SimService
 from shared import topics
 from shared.messages import chain, stamp_of

@@ -194,8 +194,7 @@ def test_an_error_in_a_step_is_logged_and_ends_the_process_with_70(cell: Cell) -
         (
             ("--build", "library"),
             2,
-            "beacon: mujoco is not installed; "
-            "run in the clone: pip install -e . -e './stack[beacon]'\n",
+            "beacon: mujoco is not installed; run in the clone: pip install -e '.[all]'\n",
         ),
         (
             ("--scenario", "none.toml"),

@@ -3,7 +3,6 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 
 from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.perception.rgbd.lens_distortion import Undistortion
@@ -12,20 +11,14 @@ from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, taken
 LENS = (0.09, -0.12, 0.001, -0.0008, 0.03)
 
 
-def calibration(lens: tuple[float, ...] = LENS, model: str = "plumb_bob") -> CameraCalibration:
-    i = CAMERA.intrinsics
-    return CameraCalibration(
-        width=i.width,
-        height=i.height,
-        distortion_model=model,
-        D=lens,
-        K=[i.fx, 0.0, i.cx, 0.0, i.fy, i.cy, 0.0, 0.0, 1.0],
-    )
+def undistortion(lens: tuple[float, ...] = LENS, model: str = "plumb_bob") -> Undistortion:
+    return Undistortion(CAMERA.intrinsics, lens, model)
 
 
 def distorted(image: np.ndarray, interpolation: int) -> np.ndarray:
     """Image of a pinhole camera, distorted by the lens."""
-    matrix = np.array(calibration().K).reshape(3, 3)
+    i = CAMERA.intrinsics
+    matrix = np.array([[i.fx, 0.0, i.cx], [0.0, i.fy, i.cy], [0.0, 0.0, 1.0]])
     height, width = image.shape[:2]
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), -1).astype(np.float64)
     straight = cv2.undistortPoints(grid.reshape(-1, 1, 2), matrix, np.array(LENS), P=matrix)
@@ -42,7 +35,7 @@ def test_undistorted_images_reduce_the_error_of_the_estimate() -> None:
     )
     estimator = CenterlineEstimator(CAMERA, ROPE)
     raw = estimator.estimate(color, depth, *grips(nodes))
-    straight = estimator.estimate(*Undistortion(calibration())(color, depth), *grips(nodes))
+    straight = estimator.estimate(*undistortion())(color, depth), *grips(nodes)
     errors = [np.mean(np.linalg.norm(e.positions - nodes, axis=1)) for e in (raw, straight)]
     assert errors[0] > 0.7e-3
     assert errors[1] < 0.3e-3
@@ -50,13 +43,13 @@ def test_undistorted_images_reduce_the_error_of_the_estimate() -> None:
 
 def test_images_without_distortion_are_returned_unchanged() -> None:
     frame = taken(curve(1))
-    color, depth = Undistortion(calibration((0.0,) * 5))(frame.color, frame.depth)
+    color, depth = undistortion((0.0,) * 5)(frame.color, frame.depth)
     assert color is frame.color
     assert depth is frame.depth
 
 
 def test_unknown_distortion_models_are_refused() -> None:
     with pytest.raises(ValueError, match="kannala_brandt4"):
-        Undistortion(calibration(LENS[:4], "kannala_brandt4"))
+        undistortion(LENS[:4], "kannala_brandt4")
     with pytest.raises(ValueError, match="coefficients"):
-        Undistortion(calibration(LENS[:3]))
+        undistortion(LENS[:3])

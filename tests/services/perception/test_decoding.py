@@ -6,7 +6,7 @@ import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from lariat.perception.rgbd.decoding import decode_color, decode_frame
+from services.perception.decoding import decode_color, decode_frame
 from services.sim.camera_messages import color_message
 
 COLOR_IMAGE = CompressedImage(

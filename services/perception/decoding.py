@@ -8,8 +8,8 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from jaxtyping import UInt8, UInt16
 
-Picture = UInt8[np.ndarray, "h w 3"] | UInt8[np.ndarray, "h w"]
-"""Red, green, blue; or the brightness, where nothing else is needed."""
+from lariat.geometry.cameras import Picture
+
 DEPTH_PIXEL_BYTES = {"16UC1": 2, "mono16": 2, "32FC1": 4}
 """Supported depth encodings and their bytes per pixel."""
 

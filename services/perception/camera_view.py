@@ -10,9 +10,9 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from jaxtyping import UInt8, UInt16
 
 from lariat.files.image_header import check_image
-from lariat.geometry.cameras import Intrinsics
-from lariat.perception.rgbd.decoding import Picture, decode_color, decode_frame
+from lariat.geometry.cameras import Intrinsics, Picture
 from lariat.perception.rgbd.lens_distortion import Undistortion
+from services.perception.decoding import decode_color, decode_frame
 
 Images = tuple[Picture, UInt16[np.ndarray, "h w"]]
 """Red, green, blue or the brightness, and depth [mm], 0 where nothing was measured."""
@@ -74,7 +74,7 @@ class CameraView:
         intrinsics = Intrinsics(message.width, message.height, k[0], k[4], k[2], k[5])
         calibration = intrinsics, tuple(message.D), message.distortion_model
         if self._undistortion is None or self._calibration != calibration:
-            self._undistortion = Undistortion(message)
+            self._undistortion = Undistortion(*calibration)
             self._calibration = calibration
             self.calibration_count += 1
         return self._undistortion

@@ -3,7 +3,7 @@ from __future__ import annotations
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from lariat.perception.rgbd.camera_monitor import CameraMonitor
+from services.perception.camera_monitor import CameraMonitor
 
 MS = 1_000_000
 

@@ -35,7 +35,7 @@ def test_undistorted_images_reduce_the_error_of_the_estimate() -> None:
     )
     estimator = CenterlineEstimator(CAMERA, ROPE)
     raw = estimator.estimate(color, depth, *grips(nodes))
-    straight = estimator.estimate(*undistortion())(color, depth), *grips(nodes)
+    straight = estimator.estimate(*undistortion()(color, depth), *grips(nodes))
     errors = [np.mean(np.linalg.norm(e.positions - nodes, axis=1)) for e in (raw, straight)]
     assert errors[0] > 0.7e-3
     assert errors[1] < 0.3e-3

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.identification import posterior
-from lariat.identification.material import CORE_GROUPS, PRIOR_DEVIATIONS, Material
+from lariat.identification.material import Material
 from lariat.identification.motion import Motion
 from lariat.identification.posterior import Evidence
 from lariat.identification.rod_twin import RodTwin, Window
@@ -83,6 +83,8 @@ class _Search:
     material: Material
     information: Float64[np.ndarray, "P P"]
     """Inverse covariance of the prior."""
+    limits: Float64[np.ndarray, "P"]
+    """Largest magnitudes of the unknowns."""
     noise: float = 0.01
     """Standard deviation of a coordinate [m]."""
 
@@ -134,7 +136,8 @@ class _Search:
             report(k / iterations)
             found = sum(self.evidences(x, windows, free, windows[0].length), self.prior(x))
             for _ in range(6):
-                trial = self.material.clip(x + posterior.gauss_newton_step(found, free, levenberg))
+                trial = x + posterior.gauss_newton_step(found, free, levenberg)
+                trial = np.clip(trial, -self.limits, self.limits)
                 new = self.cost(trial, windows)
                 if new < cost:
                     break
@@ -210,14 +213,19 @@ def identify(
         )
     twin = RodTwin(motion.until(frames))
     material = _material(twin, start or generic_rope())
-    search = _Search(twin, material, material.prior_information(PRIOR_DEVIATIONS))
+    search = _Search(
+        twin,
+        material,
+        material.prior_information(material.per_unknown(lambda p: p.fit_prior.deviation)),
+        material.per_unknown(lambda p: p.fit_prior.limit),
+    )
 
     def windows(length: float) -> list[Window]:
         return twin.windows(max(5, round(length / motion.dt)))
 
     short, middle, long = (windows(length) for length in WINDOW_DURATIONS)
     x = _grid_search(search, short, lambda share: report("searching", 0.1 * share))
-    core = material.mask((*CORE_GROUPS, "length", "rest_curvature"))
+    core = material.per_unknown(lambda p: float(p.short_windows)) > 0.0
     every = np.ones(material.count, dtype=bool)
     stages = ((short, core, 8, "short"), (middle, every, 8, "middle"), (long, every, 8, "long"))
     for k, (stage, free, iterations, name) in enumerate(stages):
@@ -308,9 +316,13 @@ def _grid_search(
     candidates = [np.zeros(material.count)]
     for stiffness, damping, internal in grid:
         x = np.zeros(material.count)
-        x[at["stiffness"]] = np.log(stiffness * unit / mean.bending_stiffness)
-        x[at["damping"]] = np.log(damping / mean.damping)
-        x[at["internal_damping"]] = np.log(internal / mean.internal_damping)
+        values = {
+            "bending_stiffness": stiffness * unit,
+            "damping": damping,
+            "internal_damping": internal,
+        }
+        for name in at.keys() & values:
+            x[at[name]] = np.log(values[name] / getattr(mean, name))
         candidates.append(x)
     best, least = candidates[0], np.inf
     for k, x in enumerate(candidates):

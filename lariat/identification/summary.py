@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lariat.identification.fit import Fit
-from lariat.identification.material import GROUP_UNITS, PRIOR_DEVIATIONS
+from lariat.identification.rope_parameters import BY_NAME, Values
 
 MAX_DEVIATION_RATIO = 0.5
 """Ratio of posterior to prior standard deviation above which an unknown is undetermined [-]."""
@@ -35,31 +35,24 @@ def findings(fit: Fit) -> list[Finding]:
     """Return every unknown with its standard deviation."""
     deviations = np.sqrt(np.diag(fit.covariance))
     p, found = fit.properties, []
-    length = fit.rope_length
     for group, place in fit.material.groups.items():
-        values = {
-            "stiffness": [p.bending_stiffness / p.linear_density],
-            "twist_ratio": [p.twisting_stiffness / p.bending_stiffness],
-            "damping": [p.damping],
-            "internal_damping": [p.internal_damping],
-            "length": [length],
-            "stiffness_profile": p.stiffness_profile,
-            "density_profile": p.density_profile,
-            "rest_curvature": np.ravel(p.rest_curvature),
-        }[group]
-        linear = group == "rest_curvature"
+        parameter = BY_NAME[group]
+        values, name, unit = parameter.of(p), group, parameter.unit
+        if parameter.per_density is not None:
+            (name, unit), values = parameter.per_density, values / p.linear_density
+        if group == "length":
+            values = np.array([fit.rope_length])
         for k, (value, deviation) in enumerate(zip(values, deviations[place], strict=True)):
-            factor = 1.0 / fit.material.mean.length if linear else value
-            name = group if len(values) == 1 else f"{group}[{k}]"
-            if linear:
-                name = f"{group}[{k // 3}][{k % 3}]"
+            index = "" if len(values) == 1 else f"[{k}]"
+            if parameter.values is Values.CURVATURE:
+                index = f"[{k // 3}][{k % 3}]"
             found.append(
                 Finding(
-                    name,
+                    name + index,
                     float(value),
-                    float(deviation * factor),
-                    GROUP_UNITS[group],
-                    bool(deviation < MAX_DEVIATION_RATIO * PRIOR_DEVIATIONS[group]),
+                    float(deviation * fit.material.change_per_unknown(group, value)),
+                    unit,
+                    bool(deviation < MAX_DEVIATION_RATIO * parameter.fit_prior.deviation),
                 )
             )
     return found
@@ -82,12 +75,15 @@ def undetermined(fit: Fit, density_known: bool = False) -> list[str]:
         "Turns of twist: markers do not show the roll of the grips about the rope.",
     ]
     found = findings(fit)
-    unknown = [f for f in found if not f.known]
-    for group in fit.material.groups:
-        of_group = [f for f in unknown if f.name.partition("[")[0] == group]
-        size = len([f for f in found if f.name.partition("[")[0] == group])
-        if of_group:
-            which = group if size == 1 else f"{group} at {len(of_group)} of {size} places"
+    for group in dict.fromkeys(f.name.partition("[")[0] for f in found):
+        members = [f for f in found if f.name.partition("[")[0] == group]
+        unknown = [f for f in members if not f.known]
+        if unknown:
+            which = (
+                group
+                if len(members) == 1
+                else f"{group} at {len(unknown)} of {len(members)} places"
+            )
             sentences.append(
                 f"{which.replace('_', ' ').capitalize()}: hardly determined by this motion."
             )

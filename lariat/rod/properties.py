@@ -95,6 +95,11 @@ class RodProperties:
         return self.bending_stiffness / (1.0 + self.poisson_ratio)
 
     @property
+    def twist_ratio(self) -> float:
+        """Ratio of twisting to bending stiffness, GJ / EI [-]."""
+        return self.twisting_stiffness / self.bending_stiffness
+
+    @property
     def effective_contact_stiffness(self) -> float:
         """Contact stiffness k that is used [N/m^2].
 

@@ -5,7 +5,7 @@ varied enough, rest curvature, the ratio of twisting to bending stiffness and a 
 the stiffness; swinging determines the damping. All of them are unknowns of one Kalman filter, whose
 evidence is weighed as in `lariat.identification`: an unknown that the observed nodes do not
 determine keeps its given value and standard deviation. The Jacobian is that of the rest shape
-between the present grips; that of the damping comes from a second model that is damped more.
+between the present grips; that of what only swinging shows comes from models with more of it.
 
 One shape counts only once, however long it is observed: while the grips stand, its evidence is
 computed again with every update, from the mean of the observations, until the rod fits (an iterated
@@ -22,10 +22,9 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.control.estimation.adaptation import ParameterEstimate
-from lariat.control.estimation.damping_sensitivity import DampingSensitivity
 from lariat.control.estimation.material_filter_settings import MaterialFilterSettings
 from lariat.control.estimation.observation_mean import MAX_OBSERVATIONS, ObservationMean
-from lariat.control.estimation.rope_unknowns import MAX_CHANGES, PRIOR_DEVIATIONS, RopeUnknowns
+from lariat.control.estimation.rope_unknowns import RopeUnknowns
 from lariat.control.estimation.shape_evidence import (
     ErrorScale,
     ShapeObservation,
@@ -33,8 +32,10 @@ from lariat.control.estimation.shape_evidence import (
     with_own_value,
 )
 from lariat.control.estimation.state_estimator import StateEstimator
+from lariat.control.estimation.swing_sensitivity import SwingSensitivity
 from lariat.geometry import poses
 from lariat.identification import posterior
+from lariat.identification.rope_parameters import PUBLISHED, RopeParameter, Values
 from lariat.rod import RodProperties
 from lariat.trajectory import MotionState, mean_twists
 
@@ -66,8 +67,9 @@ class MaterialFilter:
         """Properties of the rope as far as they are known."""
         self.grip_errors = self._unknowns.grip_errors(self._centre)
         """Errors of the grips as far as they are known."""
-        groups = self._unknowns.groups
-        self._prior = self._unknowns.prior_information()
+        self._prior = self._unknowns.prior_information(
+            self._unknowns.per_unknown(lambda p: p.filter_prior.deviation)
+        )
         self._past_evidence = np.zeros_like(self._prior)
         """Evidence of earlier shapes, linearized at `_centre`."""
         self._error_scale = ErrorScale(self.settings.error_scale_weight)
@@ -75,10 +77,13 @@ class MaterialFilter:
         """Evidence of the present shape."""
         self._x = self._centre
         self._applied = self._x
-        self._limits = self._unknowns.per_unknown(MAX_CHANGES)
+        self._limits = self._unknowns.per_unknown(lambda p: p.filter_prior.limit)
         self._free = self._limits > 0.0
-        self._free[groups["damping"]] = properties.damping > 0.0
-        self._damping_sensitivity = DampingSensitivity()
+        self._swinging = self._free & (self._unknowns.per_unknown(lambda p: float(p.swinging)) > 0)
+        """Unknowns that shapes at rest do not depend on."""
+        self._swing_sensitivity = SwingSensitivity(
+            [name for name, at in self._unknowns.groups.items() if self._swinging[at].all()]
+        )
         self._updated: int | None = None
         self._stated: Float64[np.ndarray, "P"] | None = None
         self.settled = False
@@ -99,70 +104,34 @@ class MaterialFilter:
     @property
     def standard_deviation(self) -> float:
         """Standard deviation of the bending stiffness [N m^2]."""
-        return self.bending_stiffness * float(self._deviations()[self._index("stiffness")])
+        return self.bending_stiffness * float(self._deviations()[self._index("bending_stiffness")])
 
     @property
     def scalars(self) -> Mapping[str, ParameterEstimate]:
-        """Estimates of bending stiffness, damping, length and twist ratio."""
-        p = self.properties
-        values = {
-            "bending_stiffness": ("stiffness", p.bending_stiffness),
-            "damping": ("damping", p.damping),
-            "length": ("length", p.length),
-            "twist_ratio": ("twist_ratio", p.twisting_stiffness / p.bending_stiffness),
-        }
-        deviations = self._deviations()
-        return {
-            name: self._estimate(group, 0, value, value, deviations)
-            for name, (group, value) in values.items()
-        }
+        """Estimates of the parameters that have one value."""
+        return {p.name: self._estimates(p)[0] for p in PUBLISHED if p.values is Values.SCALAR}
 
     @property
     def profiles(self) -> Mapping[str, Sequence[ParameterEstimate]]:
-        """Estimates of the stiffness profile, of the rest curvature and of the grip errors."""
-        deviations = self._deviations()
-        profile = self.properties.stiffness_profile
-        curvature = np.ravel(self.properties.rest_curvature).tolist()
-        scale = 1.0 / self._unknowns.material.mean.length
-        return {
-            "stiffness_profile": [
-                self._estimate("stiffness_profile", k, value, value, deviations)
-                for k, value in enumerate(np.ravel(profile).tolist())
-            ],
-            "rest_curvature": [
-                self._estimate("rest_curvature", k, value, scale, deviations)
-                for k, value in enumerate(curvature)
-            ],
-            "grip_offset": [
-                self._estimate("grip_offset", k, value, 1.0, deviations)
-                for k, value in enumerate(np.ravel(self.grip_errors.offsets).tolist())
-            ],
-            "grip_rotation": [
-                self._estimate("grip_rotation", k, value, 1.0, deviations)
-                for k, value in enumerate(np.ravel(self.grip_errors.rotations).tolist())
-            ],
-        }
+        """Estimates of the parameters that have several values, grip errors among them."""
+        return {p.name: self._estimates(p) for p in PUBLISHED if p.values is not Values.SCALAR}
 
-    def _estimate(
-        self,
-        group: str,
-        index: int,
-        value: float,
-        scale: float,
-        deviations: Float64[np.ndarray, "P"],
-    ) -> ParameterEstimate:
-        """Estimate of one unknown of a group.
-
-        Args:
-            group: Group of unknowns.
-            index: Index of the unknown in the group.
-            value: Value of the parameter [SI].
-            scale: Change of the parameter per change of the unknown.
-            deviations: Standard deviations of all unknowns.
-        """
-        deviation = deviations[self._index(group) + index]
-        known = bool(0.0 < deviation < self.settings.known_share * PRIOR_DEVIATIONS[group])
-        return ParameterEstimate(value, float(scale * deviation), known)
+    def _estimates(self, parameter: RopeParameter) -> list[ParameterEstimate]:
+        """Estimates of all values of a parameter; what is not unknown has no deviation."""
+        name, at = parameter.name, self._unknowns.groups.get(parameter.name)
+        if at is None:
+            return [ParameterEstimate(value) for value in parameter.of(self.properties).tolist()]
+        grips = parameter.values is Values.GRIPS
+        values = self._applied[at] if grips else parameter.of(self.properties)
+        known_below = self.settings.known_share * parameter.filter_prior.deviation
+        return [
+            ParameterEstimate(
+                value,
+                float(self._unknowns.change_per_unknown(name, value) * deviation),
+                bool(0.0 < deviation < known_below),
+            )
+            for value, deviation in zip(values.tolist(), self._deviations()[at], strict=True)
+        ]
 
     def _index(self, group: str) -> int:
         return self._unknowns.groups[group].start
@@ -185,8 +154,7 @@ class MaterialFilter:
             observed: Nodes that were seen, not bridged.
         """
         settings = self.settings
-        if self._free[self._unknowns.groups["damping"]].all():
-            self._damping_sensitivity.follow(estimator)
+        self._swing_sensitivity.follow(estimator)
         before = self._mean_motion
         if before is None or _displacement(before, estimator.motion) > settings.standing_distance:
             self._mean_motion = estimator.motion
@@ -230,10 +198,10 @@ class MaterialFilter:
             self._error_scale.factor,
         )
         spread = settings.standing_spread if self.standing else settings.moving_spread
-        seen = with_own_value(shape.evidence, self._index("stiffness"), spread)
+        seen = with_own_value(shape.evidence, self._index("bending_stiffness"), spread)
         known = posterior.prior(self._x - self._centre, self._prior + self._past_evidence)
         dx = posterior.gauss_newton_step(seen + known, self._free)
-        (stiffness_step,) = np.abs(dx[self._unknowns.groups["stiffness"]])
+        (stiffness_step,) = np.abs(dx[self._unknowns.groups["bending_stiffness"]])
         dx = dx * min(1.0, settings.max_log_stiffness_step / max(stiffness_step, 1e-12))
         self._shape_evidence = seen.information
         if self.standing:
@@ -251,7 +219,7 @@ class MaterialFilter:
         self._applied = self._x
         self.properties = self._unknowns.properties(self._x)
         self.grip_errors = self._unknowns.grip_errors(self._x)
-        self._damping_sensitivity.reset()
+        self._swing_sensitivity.reset()
         return change
 
     def _accepted(
@@ -330,12 +298,11 @@ class MaterialFilter:
 
     def _jacobian(self, estimator: StateEstimator, stamp: int) -> Float64[np.ndarray, "n 3 P"]:
         """Derivative of the node positions with respect to the unknowns [m]."""
-        static = self._free.copy()
-        static[self._unknowns.groups["damping"]] = False
+        static = self._free & ~self._swinging
         jacobian = self._unknowns.shape_jacobian(estimator, self._applied, static)
-        swinging = self._damping_sensitivity.jacobian_at(stamp)
+        swinging = self._swing_sensitivity.jacobian_at(stamp)
         if swinging is not None:
-            jacobian[..., self._unknowns.groups["damping"]] = swinging[..., None]
+            jacobian[..., self._swinging] = swinging
         return jacobian
 
 

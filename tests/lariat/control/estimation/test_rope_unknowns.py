@@ -29,7 +29,7 @@ def estimator() -> StateEstimator:
 @pytest.mark.parametrize(
     ("group", "step"),
     [
-        ("stiffness", 1e-3),
+        ("bending_stiffness", 1e-3),
         ("length", 1e-4),
         ("grip_offset", 1e-5),
         ("grip_rotation", 1e-3),

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lariat.control.estimation.adaptation import Adaptation
-from lariat.control.estimation.state_estimator import StateEstimator
 from lariat.control.run.state_machine import RunState
-from lariat.control.run.task import Task
-from lariat.control.supervision.progress import ProgressMonitor
+from lariat.rope_controller import RopeController
 from lariat.trajectory import SECOND
 from services.controller.messages import goal_message, parameters_message
 from shared import topics
@@ -30,23 +27,11 @@ _OPEN = (RunState.RUNNING, RunState.PAUSED, RunState.REACHED)
 class StatusPublisher:
     """Status of the controller as messages."""
 
-    def __init__(
-        self,
-        task: Task,
-        progress: ProgressMonitor,
-        estimator: StateEstimator,
-        adaptation: Adaptation,
-    ) -> None:
-        """Publish the status of one task.
-
-        Args:
-            task: Task.
-            progress: Measures of its runs.
-            estimator: State estimator of the rope.
-            adaptation: Adaptation of the rope's material.
-        """
-        self._task, self._progress = task, progress
-        self._estimator, self._adaptation = estimator, adaptation
+    def __init__(self, controller: RopeController) -> None:
+        """Publish the status of one controller."""
+        self._controller = controller
+        self._task, self._progress = controller.task, controller.progress
+        self._estimator = controller.rope.estimator
         self._sent: dict[str, int] = {}
         self._revision = 0
         self._ended: int | None = None
@@ -54,13 +39,8 @@ class StatusPublisher:
         self._result = RunResult()
         """Result of the present or last run; nothing changes it once the run is over."""
 
-    def due(self, now: int, *, arms_known: bool) -> Iterator[Publication]:
-        """Messages that are due.
-
-        Args:
-            now: Present time [ns].
-            arms_known: Whether the arms have reported their poses.
-        """
+    def due(self, now: int) -> Iterator[Publication]:
+        """Messages that are due at `now` [ns]."""
         task = self._task
         if task.state in (RunState.RUNNING, RunState.PAUSED):
             self._ended = None
@@ -75,9 +55,12 @@ class StatusPublisher:
             self._revision = task.revision
             self._sent["task"] = now
             yield Publication(topics.TASK_STATE, self._task_state(now))
-        if arms_known and self._due("parameters", now, PARAMETERS_PERIOD):
+        if self._controller.arms_known and self._due("parameters", now, PARAMETERS_PERIOD):
             parameters = parameters_message(
-                self._adaptation, now, self._estimator.innovation, adapts=task.adapts
+                self._controller.rope.adaptation,
+                now,
+                self._estimator.innovation,
+                adapts=task.adapts,
             )
             yield Publication(topics.CONTROLLER_PARAMETERS, parameters)
         if task.run and self._due("result", now, RESULT_PERIOD):

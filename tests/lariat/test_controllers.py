@@ -10,9 +10,9 @@ import pytest
 from lariat.configuration import ConfigurationError
 from lariat.paper.adaptation import PaperAdaptation
 from lariat.paper.xpbd import XpbdRod
+from lariat.rope_controller import RopeController
 from lariat.scenario import load
 from lariat.scenario.sections import End, Ends, PaperControl
-from services.controller.service import build
 
 SCENARIO = load(Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml")
 
@@ -20,7 +20,7 @@ SCENARIO = load(Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml"
 def test_controller_with_the_papers_rod_warms_up_and_adapts() -> None:
     paper = PaperControl(bending_compliance=0.002, iterations=7, optimizer_steps=2)
     control = replace(SCENARIO.control, solver="xpbd", method="network", adapt=True, paper=paper)
-    service = build(replace(SCENARIO, control=control), "session")
+    service = RopeController(replace(SCENARIO, control=control))
     rod = service.rope.estimator.rod
     assert isinstance(rod, XpbdRod)
     assert (rod.properties.bending_compliance, rod.model.iterations) == (0.002, 7)
@@ -31,8 +31,8 @@ def test_controller_with_the_papers_rod_warms_up_and_adapts() -> None:
 def test_combinations_that_the_papers_rod_does_not_support_are_refused() -> None:
     control = replace(SCENARIO.control, solver="xpbd")
     with pytest.raises(ConfigurationError, match="gives no sensitivities to method 'gauss_newton'"):
-        build(replace(SCENARIO, control=control), "session")
+        RopeController(replace(SCENARIO, control=control))
     control = replace(control, method="network", adapt=True)
     turning = replace(SCENARIO, control=control, ends=Ends(right=End(rotates=True)))
     with pytest.raises(ConfigurationError, match="whose ends do not rotate"):
-        build(turning, "session")
+        RopeController(turning)

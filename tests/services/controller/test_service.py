@@ -40,7 +40,7 @@ def inbox(now: int, distance: float, newest: dict[str, Received], *requests: Tas
 
 def observe(service: ControllerService, now: int, doubt: float = 0.0, aside: float = 0.0) -> None:
     """Hand over an observation that agrees with the estimate, or lies aside of it [m]."""
-    nodes = service.rope.estimator.nodes + np.array([0.0, aside, 0.0])
+    nodes = service.controller.rope.estimator.nodes + np.array([0.0, aside, 0.0])
     rope = messages.NodeChain(stamp=now, positions=nodes.ravel(), doubt=doubt)
     arrived = {topics.ROPE_NODES.key: [Received(rope, "perception", 0, now)]}
     list(service.step(Inbox({}, arrived), now))
@@ -72,7 +72,7 @@ def test_controller_waits_for_grips_beyond_the_reach_of_the_rope() -> None:
     # A person has moved them within the reach of the rope.
     state = step(service, 2 * SECOND, 0.4, start)
     assert (state.refusal, service.note) == ("", "")
-    assert service.task.state is RunState.RUNNING
+    assert service.controller.task.state is RunState.RUNNING
     # Moved too far away again during the run, they stretch the model, without an error.
     for k in range(3, 6):
         step(service, k * SECOND, 0.6)
@@ -81,7 +81,7 @@ def test_controller_waits_for_grips_beyond_the_reach_of_the_rope() -> None:
 def test_run_asks_once_for_a_path_after_an_older_failure() -> None:
     service = build(SCENARIO, "session")
     step(service, SECOND, 0.4)
-    task = service.task
+    task = service.controller.task
 
     def receive_failure(now: int, stamp: int, *requests: TaskRequest) -> None:
         failure = messages.Path(
@@ -129,13 +129,13 @@ def test_a_rope_that_may_be_another_is_no_observation_and_the_hold_says_so() -> 
     published(service, SECOND, 0.4, TaskRequest(id="1", action=TaskRequest.START))
     observe(service, SECOND)
     assert hold(SECOND + SECOND // 10) == "waiting for a path"
-    before, now = service.rope.estimator.nodes, SECOND
+    before, now = service.controller.rope.estimator.nodes, SECOND
     for _ in range(25):
         now += SECOND // 50
         published(service, now, 0.4)
         observe(service, now, doubt=0.8, aside=0.02)
     assert "probability 0.80" in hold(now)
-    np.testing.assert_allclose(service.rope.estimator.nodes, before, atol=1e-3)
+    np.testing.assert_allclose(service.controller.rope.estimator.nodes, before, atol=1e-3)
     observe(service, now, doubt=0.01)
     assert hold(now) == "waiting for a path"
 
@@ -154,16 +154,16 @@ def test_duration_of_a_run_ends_with_the_run() -> None:
 def test_verdict_of_a_run_stays_whatever_follows(action: TaskRequest.Action) -> None:
     service = build(SCENARIO, "session")
     published(service, SECOND, 0.4, TaskRequest(id="1", action=TaskRequest.START))
-    nearby = service.rope.estimator.nodes + np.array([0.0, 0.0005, 0.0])
-    service.task.goal = replace(service.task.goal, nodes=nearby)
+    nearby = service.controller.rope.estimator.nodes + np.array([0.0, 0.0005, 0.0])
+    service.controller.task.goal = replace(service.controller.task.goal, nodes=nearby)
     observe(service, SECOND)
-    service.task.apply(RunEvent.SETTLE, ReasonCode.SETTLED)
+    service.controller.task.apply(RunEvent.SETTLE, ReasonCode.SETTLED)
     publications = published(service, 2 * SECOND, 0.4)
     (reached,) = (p.message for p in publications if p.topic is topics.RUN_RESULT)
     assert reached.reached
     assert reached.error == pytest.approx(0.0005, rel=1e-3)
     published(service, 3 * SECOND, 0.4, TaskRequest(id="2", action=action))
-    service.progress.error = service.progress.min_clearance = 1.0
+    service.controller.progress.error = service.controller.progress.min_clearance = 1.0
     publications = published(service, 4 * SECOND, 0.4)
     (later,) = (p.message for p in publications if p.topic is topics.RUN_RESULT)
     assert later.stamp == 4 * SECOND
@@ -191,7 +191,7 @@ def test_restore_returns_to_the_goal_of_the_scenario_and_reset_keeps_the_one_set
 
 def test_draft_of_a_wound_goal_is_previewed_as_wound() -> None:
     service = build(load(SCENARIO.folder / "two-turns.toml"), "session")
-    goal = service.task.goal
+    goal = service.controller.task.goal
     draft = GoalDraft(id="d", turns=goal.turns)
     draft.left.CopyFrom(messages.grip(goal.left))
     draft.right.CopyFrom(messages.grip(goal.right))

@@ -10,8 +10,8 @@ import pytest
 from lariat.control.mpc.collision_scene import GOAL_CLEARANCE_TOLERANCE, CollisionScene
 from lariat.geometry.grippers import axis_clearance
 from lariat.geometry.obstacles import Obstacle
+from lariat.rope_controller import RopeController
 from lariat.scenario import load
-from services.controller.service import ControllerService
 
 SCENARIO = load(Path(__file__).parents[4] / "scenarios" / "three-cylinders.toml")
 
@@ -28,7 +28,7 @@ def test_other_ropes_are_avoided_and_stay_when_the_scene_changes() -> None:
 
 
 def test_a_goal_on_another_rope_does_not_lower_the_clearance_from_it() -> None:
-    task = ControllerService(SCENARIO, "session").task
+    task = RopeController(SCENARIO).task
     before = CollisionScene(SCENARIO).avoidance(task, 0.0)
     scene = CollisionScene(SCENARIO)
     middle = tuple(task.goal.nodes[20].tolist())
@@ -41,7 +41,7 @@ def test_a_goal_on_another_rope_does_not_lower_the_clearance_from_it() -> None:
 
 @pytest.mark.parametrize("distance", [0.0172, 0.5])
 def test_a_body_beside_a_goal_lowers_the_clearance_of_the_grippers(distance: float) -> None:
-    task = ControllerService(SCENARIO, "session").task
+    task = RopeController(SCENARIO).task
     limits = SCENARIO.limits
     usual = axis_clearance(limits.gripper_radius, limits.keep_out)
     scene = CollisionScene(SCENARIO)

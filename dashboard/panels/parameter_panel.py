@@ -19,6 +19,7 @@ from dashboard.panels.chart import (
     with_marks,
 )
 from dashboard.panels.note import note_html
+from lariat.rope_parameters import PUBLISHED, Values
 from lariat.scenario import SIDES, Scenario
 from lariat.scenario.rod_properties import rod_properties
 from lariat.trajectory import SECOND
@@ -177,11 +178,8 @@ def true_values(scenario: Scenario) -> dict[str, float]:
     if any(scenario.end(side).address for side in SIDES):
         return {}
     rope = rod_properties(scenario.plant_rope)
-    return {
-        "bending_stiffness": rope.bending_stiffness,
-        "twist_ratio": 1.0 / (1.0 + rope.poisson_ratio),
-        "length": rope.length,
-    }
+    scalars = (p for p in PUBLISHED if p.values is Values.SCALAR)
+    return {parameter.name: float(parameter.of(rope)[0]) for parameter in scalars}
 
 
 def table_html(parameters: list[NamedParameter]) -> str:

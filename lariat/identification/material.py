@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.identification.rope_parameters import (
+from lariat.rod.properties import RodProperties
+from lariat.rope_parameters import (
     BY_NAME,
     MATERIAL,
     RopeParameter,
     Values,
-    with_values,
 )
-from lariat.rod.properties import RodProperties
 
 PROFILE_MEAN_DEVIATION = 0.02
 """Standard deviation of the mean logarithm of a profile [-]."""
@@ -73,19 +71,18 @@ class Material:
 
     def properties(self, x: Float64[np.ndarray, "P"]) -> RodProperties:
         """Return the properties of the rope of a vector."""
-        values: dict[str, Any] = {}
+        values: dict[str, list[float]] = {}
         for name, place in self.groups.items():
             match BY_NAME[name].values:
                 case Values.SCALAR:
-                    values[name] = getattr(self.mean, name) * math.exp(x[place][0])
+                    values[name] = [getattr(self.mean, name) * math.exp(x[place][0])]
                 case Values.FACTORS:
-                    values[name] = tuple(np.exp(x[place]).tolist())
+                    values[name] = np.exp(x[place]).tolist()
                 case Values.CURVATURE:
-                    rows = x[place].reshape(-1, 3) / self.mean.length
-                    values[name] = tuple(tuple(row) for row in rows.tolist())
+                    values[name] = (x[place] / self.mean.length).tolist()
                 case Values.GRIPS:
                     continue
-        return with_values(self.mean, values)
+        return self.mean.with_values(values)
 
     def change_per_unknown(self, name: str, value: float) -> float:
         """Return the derivative of a value with respect to its unknown [unit of the value].

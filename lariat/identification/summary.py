@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lariat.identification.fit import Fit
-from lariat.identification.rope_parameters import BY_NAME, Values
+from lariat.rope_parameters import BY_NAME, Values
 
 MAX_DEVIATION_RATIO = 0.5
 """Ratio of posterior to prior standard deviation above which an unknown is undetermined [-]."""

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
+
+from lariat.rope_parameters import BY_NAME
 
 _POSITIVE_FIELDS = ("length", "diameter", "linear_density", "youngs_modulus", "stretch_stiffness")
 """Fields whose values must be positive."""
@@ -122,6 +125,20 @@ class RodProperties:
         if twisting is None:
             return changed
         return replace(changed, poisson_ratio=bending / twisting - 1.0)
+
+    def with_values(self, values: Mapping[str, Sequence[float]]) -> RodProperties:
+        """Return the same rod with other values of identified parameters.
+
+        Args:
+            values: Values by name, as in `rope_parameters.MATERIAL`; a scalar parameter has one.
+
+        Raises:
+            ValueError: A value is out of its range.
+        """
+        fields = {name: BY_NAME[name].attribute(of) for name, of in values.items()}
+        stiffness = fields.pop("bending_stiffness", self.bending_stiffness)
+        twist_ratio = fields.pop("twist_ratio", self.twist_ratio)
+        return replace(self, **fields).with_stiffness(stiffness, twist_ratio * stiffness)
 
     def profile_at(self, places: Float64[np.ndarray, "k"]) -> Float64[np.ndarray, "k"]:
         """Return the stiffness factors at arc lengths over the rod's length [-]."""

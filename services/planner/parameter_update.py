@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from lariat.rod import RodProperties
-from shared.messages import Estimate, RodParameters
+from lariat.rope_parameters import MATERIAL
+from shared.messages import RodParameters
+from shared.messages.parameters import rod_estimates
 
+ROD_PARAMETERS = tuple(parameter for parameter in MATERIAL if parameter.published)
+"""Parameters of the message that are properties of the rod."""
 MAX_LOG_STIFFNESS_DEVIATION = 0.7
 """Largest standard deviation of the stiffness's logarithm that paths allow for [-]; a rope that is
 known less is learnt first."""
@@ -18,14 +19,11 @@ known less is learnt first."""
 
 def is_learnt(parameters: RodParameters) -> bool:
     """Whether any parameter has been estimated, not only given."""
-    scalars = (
-        parameters.bending_stiffness,
-        parameters.twist_ratio,
-        parameters.damping,
-        parameters.length,
+    return any(
+        estimate.standard_deviation > 0.0
+        for parameter in ROD_PARAMETERS
+        for estimate in rod_estimates(parameters, parameter)
     )
-    estimates = (*scalars, *parameters.stiffness_profile, *parameters.rest_curvature)
-    return any(estimate.standard_deviation > 0.0 for estimate in estimates)
 
 
 def updated_properties(given: RodProperties, learnt: RodParameters) -> RodProperties:
@@ -35,18 +33,12 @@ def updated_properties(given: RodProperties, learnt: RodParameters) -> RodProper
         given: Rope of the scenario.
         learnt: Parameters of the controller; those without a standard deviation stay as given.
     """
-    profile = _values(learnt.stiffness_profile)
-    curvature = np.reshape(_values(learnt.rest_curvature), (-1, 3)).tolist()
-    given_ratio = given.twisting_stiffness / given.bending_stiffness
-    ratio = _value(learnt.twist_ratio, given_ratio)
-    stiffness = _value(learnt.bending_stiffness, given.bending_stiffness)
-    return replace(
-        given,
-        length=_value(learnt.length, given.length),
-        damping=_value(learnt.damping, given.damping),
-        stiffness_profile=tuple(profile) or given.stiffness_profile,
-        rest_curvature=tuple((a, b, c) for a, b, c in curvature) or given.rest_curvature,
-    ).with_stiffness(stiffness, ratio * stiffness)
+    values = {}
+    for parameter in ROD_PARAMETERS:
+        estimates = rod_estimates(learnt, parameter)
+        if estimates and all(estimate.standard_deviation > 0.0 for estimate in estimates):
+            values[parameter.name] = [estimate.value for estimate in estimates]
+    return given.with_values(values)
 
 
 def unsure_properties(rope: RodProperties, learnt: RodParameters) -> list[RodProperties]:
@@ -70,14 +62,3 @@ def unsure_properties(rope: RodProperties, learnt: RodParameters) -> list[RodPro
     if length.standard_deviation > 0.0 and not learnt.grip_offset:
         found.append(replace(rope, length=rope.length + length.standard_deviation))
     return found
-
-
-def _value(estimate: Estimate, given: float) -> float:
-    return estimate.value if estimate.standard_deviation > 0.0 else given
-
-
-def _values(estimates: Sequence[Estimate]) -> list[float]:
-    """Values of a profile; none unless all have been estimated."""
-    if not all(estimate.standard_deviation > 0.0 for estimate in estimates):
-        return []
-    return [estimate.value for estimate in estimates]

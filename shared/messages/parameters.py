@@ -11,17 +11,9 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
+from lariat.rope_parameters import BY_NAME, PUBLISHED, RopeParameter, Values
 from shared.messages.control_pb2 import Estimate, Parameter, Parameters, RodParameters
 
-ROD_UNITS = {"bending_stiffness": "N m^2", "damping": "1/s", "length": "m", "twist_ratio": "-"}
-"""Units of the rod's scalar parameters, in the order in which tables show them."""
-PROFILE_UNITS = {
-    "stiffness_profile": "-",
-    "rest_curvature": "1/m",
-    "grip_offset": "m",
-    "grip_rotation": "rad",
-}
-"""Units of the rod's parameters that have several values."""
 XPBD_UNITS = {
     "mass": "kg",
     "inertia": "kg m^2",
@@ -52,17 +44,22 @@ def named_parameters(message: Parameters) -> list[NamedParameter]:
     """Return all numbers of a message by name; values of a profile are numbered from 1."""
     rows = []
     if message.HasField("rod"):
-        for name, unit in ROD_UNITS.items():
-            estimate = getattr(message.rod, name)
-            rows.append(NamedParameter(name, estimate.value, estimate.standard_deviation, unit))
-        for group, unit in PROFILE_UNITS.items():
-            for number, estimate in enumerate(getattr(message.rod, group), start=1):
+        for parameter in PUBLISHED:
+            scalar = parameter.values is Values.SCALAR
+            for number, estimate in enumerate(rod_estimates(message.rod, parameter), start=1):
+                name = parameter.name if scalar else f"{parameter.name}_{number}"
                 deviation = estimate.standard_deviation
-                rows.append(NamedParameter(f"{group}_{number}", estimate.value, deviation, unit))
+                rows.append(NamedParameter(name, estimate.value, deviation, parameter.unit))
     if message.HasField("xpbd"):
         for name, unit in XPBD_UNITS.items():
             rows.append(NamedParameter(name, getattr(message.xpbd, name), 0.0, unit))
     return rows
+
+
+def rod_estimates(rod: RodParameters, parameter: RopeParameter) -> list[Estimate]:
+    """Return all estimates of a parameter; those of an absent scalar are zero."""
+    field = getattr(rod, parameter.name)
+    return [field] if parameter.values is Values.SCALAR else list(field)
 
 
 def held_ends(rod: RodParameters) -> tuple[Pose, Pose]:
@@ -100,7 +97,7 @@ def _fill(message: Parameters, parameter: Parameter) -> None:
     numbered = PROFILE_VALUE_NAME.fullmatch(name)
     if name in XPBD_UNITS:
         setattr(message.xpbd, name, parameter.value)
-    elif name in ROD_UNITS:
+    elif name in BY_NAME:
         getattr(message.rod, name).CopyFrom(estimate)
-    elif numbered and numbered[1] in PROFILE_UNITS:
+    elif numbered and numbered[1] in BY_NAME:
         getattr(message.rod, numbered[1]).append(estimate)

@@ -35,8 +35,8 @@ from lariat.control.estimation.state_estimator import StateEstimator
 from lariat.control.estimation.swing_sensitivity import SwingSensitivity
 from lariat.geometry import poses
 from lariat.identification import posterior
-from lariat.identification.rope_parameters import PUBLISHED, RopeParameter, Values
 from lariat.rod import RodProperties
+from lariat.rope_parameters import PUBLISHED, RopeParameter, Values
 from lariat.trajectory import MotionState, mean_twists
 
 ROTATION_LEVER_ARM = 0.05

@@ -11,8 +11,8 @@ from lariat.control.estimation.grip_errors import GripErrors
 from lariat.control.estimation.state_estimator import StateEstimator
 from lariat.geometry import poses
 from lariat.identification.material import Material
-from lariat.identification.rope_parameters import ROPE_PARAMETERS
 from lariat.rod import RodProperties, RolloutSpec
+from lariat.rope_parameters import ROPE_PARAMETERS
 
 PROFILE_KNOTS = 3
 """Knots of the stiffness profile."""

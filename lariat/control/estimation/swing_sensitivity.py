@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.control.estimation.state_estimator import StateEstimator
-from lariat.identification.rope_parameters import with_values
 from lariat.rod import Rod, RodState, RolloutSpec
 from lariat.trajectory import MotionState, mean_twists
 
@@ -92,5 +91,5 @@ class SwingSensitivity:
     def _rods(self, rod: Rod) -> list[Rod]:
         """Return a rod for each parameter with more of it, and the rod itself."""
         p, factor = rod.properties, math.exp(LOG_DIFFERENCE)
-        varied = [with_values(p, {name: getattr(p, name) * factor}) for name in self._names]
+        varied = [p.with_values({name: [getattr(p, name) * factor]}) for name in self._names]
         return [*(rod.with_properties(properties) for properties in varied), rod]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lariat.rope_parameters import PUBLISHED, Values
 from shared import messages
 from shared.messages.checks.values import (
     MAX_MAGNITUDE,
@@ -13,6 +14,7 @@ from shared.messages.checks.values import (
     count_nodes,
     count_points,
 )
+from shared.messages.parameters import rod_estimates
 
 MAX_OTHER_ROPES, MAX_LINES = 32, 64
 """Largest number of ropes beside the held one, and of lines of each."""
@@ -20,19 +22,15 @@ MAX_DIAMETER = 1.0
 """Largest diameter of a rope [m]."""
 MAX_KNOTS = 256
 """Largest number of knots of a profile along the rope."""
-MAX_CURVATURE = 1e4
-"""Largest component of a rest curvature [1/m]."""
 GRIP_ERROR_COUNT = 6
 """Number of components of an error of both grips."""
-MAX_GRIP_OFFSET, MAX_GRIP_ROTATION = 0.1, 3.2
-"""Largest component of the error of a grip [m, rad]."""
-MATERIAL_BOUNDS = {
-    "bending_stiffness": (1e-9, 1e6),
-    "twist_ratio": (1e-3, 1e3),
-    "damping": (0.0, 1e6),
-    "length": (1e-3, 1e3),
+MAX_COUNTS = {
+    Values.SCALAR: 1,
+    Values.FACTORS: MAX_KNOTS,
+    Values.CURVATURE: 3 * MAX_KNOTS,
+    Values.GRIPS: GRIP_ERROR_COUNT,
 }
-"""Least and largest estimate of a rope's parameter [SI]."""
+"""Largest number of estimates of a parameter."""
 
 
 def _check_node_chain(message: messages.NodeChain) -> None:
@@ -63,32 +61,19 @@ def _check_other_ropes(message: messages.OtherRopes) -> None:
 
 def _check_parameters(message: messages.Parameters) -> None:
     rod = message.rod
-    for name, (low, high) in MATERIAL_BOUNDS.items():
-        if rod.HasField(name):
-            _check_estimate(f"rod.{name}", getattr(rod, name), low, high)
-    profiles = (
-        ("rod.stiffness_profile", rod.stiffness_profile, MAX_KNOTS, 1e-6, 1e6),
-        ("rod.rest_curvature", rod.rest_curvature, 3 * MAX_KNOTS, -MAX_CURVATURE, MAX_CURVATURE),
-        ("rod.grip_offset", rod.grip_offset, GRIP_ERROR_COUNT, -MAX_GRIP_OFFSET, MAX_GRIP_OFFSET),
-        (
-            "rod.grip_rotation",
-            rod.grip_rotation,
-            GRIP_ERROR_COUNT,
-            -MAX_GRIP_ROTATION,
-            MAX_GRIP_ROTATION,
-        ),
-    )
-    for name, estimates, max_count, low, high in profiles:
-        if len(estimates) > max_count:
-            raise ValueError(f"{name} has {len(estimates)} values, more than {max_count}")
+    for parameter in PUBLISHED:
+        name, estimates = f"rod.{parameter.name}", rod_estimates(rod, parameter)
+        if parameter.values is Values.SCALAR and not rod.HasField(parameter.name):
+            continue
+        if len(estimates) > MAX_COUNTS[parameter.values]:
+            raise ValueError(
+                f"{name} has {len(estimates)} values, more than {MAX_COUNTS[parameter.values]}"
+            )
         for estimate in estimates:
-            _check_estimate(name, estimate, low, high)
-    count_points("rod.rest_curvature", rod.rest_curvature)
-    for name, estimates in (
-        ("rod.grip_offset", rod.grip_offset),
-        ("rod.grip_rotation", rod.grip_rotation),
-    ):
-        if estimates:
+            _check_estimate(name, estimate, *parameter.bounds)
+        if parameter.values is Values.CURVATURE:
+            count_points(name, estimates)
+        if parameter.values is Values.GRIPS and estimates:
             check_length(name, estimates, GRIP_ERROR_COUNT)
 
 

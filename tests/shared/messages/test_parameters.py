@@ -13,9 +13,9 @@ from shared.recording import Entry
 
 NAMES = (
     "bending_stiffness",
+    "twist_ratio",
     "damping",
     "length",
-    "twist_ratio",
     "stiffness_profile_1",
     "stiffness_profile_2",
     "rest_curvature_1",
@@ -36,7 +36,7 @@ def test_parameters_of_an_old_recording_are_read_into_typed_fields() -> None:
     entry = Entry(key, "lariat.Parameters", OLD.SerializeToString(), "controller", 0, 5)
     message = entry.parse()
     assert not message.parameters
-    assert message.rod.damping == Estimate(value=2.0, standard_deviation=0.1)
+    assert message.rod.twist_ratio == Estimate(value=2.0, standard_deviation=0.1)
     assert [e.value for e in message.rod.stiffness_profile] == [5.0, 6.0]
     assert [e.value for e in message.rod.rest_curvature] == [7.0, 8.0, 9.0]
     assert not message.HasField("xpbd")

@@ -2,21 +2,19 @@
 
 The offline fit, the online filter, messages, scenarios, tables and charts iterate it. A parameter
 is added as a row here, as a field of `RodProperties`, and as an estimate of the message
-`RodParameters`.
+`RodParameters`. The table needs no rod, because processes that have none check and show messages.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import Enum
 from math import log, radians
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
-
-from lariat.rod.properties import RodProperties
 
 
 class Values(Enum):
@@ -68,9 +66,19 @@ class RopeParameter:
     per_density: tuple[str, str] | None = None
     """Name and unit of its ratio to the linear density, where motion determines that alone."""
 
-    def of(self, properties: RodProperties) -> Float64[np.ndarray, "k"]:
-        """Return its values in the properties of a rope [`unit`]."""
+    def of(self, properties: Any) -> Float64[np.ndarray, "k"]:
+        """Return its values in `RodProperties` [`unit`]."""
         return np.ravel(np.asarray(getattr(properties, self.name), float))
+
+    def attribute(self, values: Sequence[float]) -> Any:
+        """Return values as the attribute of `RodProperties` holds them."""
+        match self.values:
+            case Values.SCALAR:
+                return values[0]
+            case Values.FACTORS:
+                return tuple(values)
+            case Values.CURVATURE | Values.GRIPS:
+                return tuple(tuple(row) for row in np.reshape(values, (-1, 3)).tolist())
 
 
 ROPE_PARAMETERS = (
@@ -173,19 +181,3 @@ PUBLISHED = tuple(p for p in ROPE_PARAMETERS if p.published)
 """Parameters of the message `RodParameters`."""
 BY_NAME = {p.name: p for p in ROPE_PARAMETERS}
 """Rows by name."""
-
-
-def with_values(given: RodProperties, values: Mapping[str, Any]) -> RodProperties:
-    """Return a rope with other values of parameters, and all others as given.
-
-    Args:
-        given: Rope to change.
-        values: Values by name, as in `MATERIAL`.
-
-    Raises:
-        ValueError: A value is out of its range.
-    """
-    fields = dict(values)
-    stiffness = fields.pop("bending_stiffness", given.bending_stiffness)
-    twist_ratio = fields.pop("twist_ratio", given.twist_ratio)
-    return replace(given, **fields).with_stiffness(stiffness, twist_ratio * stiffness)

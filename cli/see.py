@@ -56,11 +56,12 @@ def main(
     """Find the ropes in an image: their centrelines, and with depth one rope's nodes in space.
 
     Prints one JSON object: `ropes`, longest first, each with `lines` (columns and rows in order
-    along it, bridged where another rope covers it), `width`, `color` and `doubt`; `crossings`, each
-    with its place, the two ropes, the upper one first, and whether that is `known`; `doubt`, the
-    probability that a rope is missing, too much or wrong; `notes` on what may be wrong. With depth,
-    camera, length and diameter also `nodes` of the longest rope, in metres in the camera's optical
-    frame (x right, y down, z forward), each with `sigma` and `observed`, and `node_doubt`.
+    along it, bridged where another rope covers it), `width`, `color` and `p_wrong`; `crossings`,
+    each with its place, the two ropes, the upper one first, and whether that is `known`; `p_wrong`,
+    the probability that a rope is missing, too much or wrong; `notes` on what may be wrong. With
+    depth, camera, length and diameter also `nodes` of the longest rope, in metres in the camera's
+    optical frame (x right, y down, z forward), each with `sigma` and `observed`, and
+    `node_p_wrong`.
 
     Examples:
       lariat see cable.jpg --color 230 110 30 --out seen.png
@@ -128,7 +129,7 @@ def _answer(detection: Detection) -> dict[str, object]:
         {
             "color": list(rope.color),
             "width": round(rope.width, 2),
-            "doubt": round(rope.doubt, 3),
+            "p_wrong": round(rope.p_wrong, 3),
             "lines": [np.round(line.pixels, 2).tolist() for line in rope.lines],
         }
         for rope in detection.ropes
@@ -137,19 +138,19 @@ def _answer(detection: Detection) -> dict[str, object]:
         {"at": np.round(c.position, 1).tolist(), "ropes": list(c.ropes), "known": c.known}
         for c in detection.crossings
     ]
-    return {"ropes": ropes, "crossings": crossings, "doubt": round(detection.doubt, 3)}
+    return {"ropes": ropes, "crossings": crossings, "p_wrong": round(detection.p_wrong, 3)}
 
 
 def _notes(detection: Detection) -> list[str]:
     """Reasons why the result may be wrong."""
-    from lariat.perception.image.doubt import DOUBTFUL
+    from lariat.perception.image.p_wrong import DOUBTFUL
 
     notes = []
-    if detection.doubt > DOUBTFUL:
-        doubtful = [str(k) for k, rope in enumerate(detection.ropes) if rope.doubt > DOUBTFUL]
+    if detection.p_wrong > DOUBTFUL:
+        doubtful = [str(k) for k, rope in enumerate(detection.ropes) if rope.p_wrong > DOUBTFUL]
         which = f", rope {' and '.join(doubtful)} above all" if doubtful else ""
         notes.append(
-            f"the answer is wrong with a probability of {detection.doubt:.2f}{which}; give the "
+            f"the answer is wrong with a probability of {detection.p_wrong:.2f}{which}; give the "
             "ropes' --color, or an image with a plainer ground"
         )
     if detection.shadow > SHADOW_NOTE_SHARE:
@@ -175,7 +176,7 @@ def _node_answer(found: CenterlineEstimate) -> dict[str, object]:
         "nodes": np.round(found.positions, 5).tolist(),
         "sigma": np.round(found.sigma, 5).tolist(),
         "observed": found.observed.tolist(),
-        "node_doubt": round(found.doubt, 3),
+        "node_p_wrong": round(found.p_wrong, 3),
     }
 
 

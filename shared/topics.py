@@ -148,7 +148,7 @@ ROPE_NODES = Topic(
     NodeChain,
     "perception",
     "latest",
-    tolerance={"positions": 2e-4, "sigma": 2e-5, "doubt": 1e-3},
+    tolerance={"positions": 2e-4, "sigma": 2e-5, "p_wrong": 1e-3},
     median_tolerance={"positions": 5e-8},
 )
 ROPE_TRUTH = Topic("rope/truth", NodeChain, "sim", "latest", tolerance={"positions": 1e-8})

@@ -139,7 +139,7 @@ class ControlLoop:
         """Reason to publish nothing but a hold; None when the arms can be controlled."""
         rope = self._rope
         reason = hold_reason(
-            self._task, now, arms, rope.last_seen, following=self.following, doubt=rope.doubt
+            self._task, now, arms, rope.last_seen, following=self.following, p_wrong=rope.p_wrong
         )
         return reason or unfollowed_reason(
             self._task,

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lariat.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate
+from lariat.perception.centerline.estimate import MAX_INCONSISTENCY, CenterlineEstimate
 
 
 def fuse(estimates: Sequence[CenterlineEstimate]) -> CenterlineEstimate:
@@ -28,7 +28,7 @@ def fuse(estimates: Sequence[CenterlineEstimate]) -> CenterlineEstimate:
     found = [e for e in estimates if not e.lost]
     if not found:
         return CenterlineEstimate.failed("; ".join(e.lost for e in estimates))
-    found = [e for e in found if e.doubt <= MAX_DOUBT] or found
+    found = [e for e in found if e.inconsistency <= MAX_INCONSISTENCY] or found
     if len(found) == 1:
         return found[0]
     positions = np.stack([e.positions for e in found])
@@ -45,7 +45,7 @@ def fuse(estimates: Sequence[CenterlineEstimate]) -> CenterlineEstimate:
     squares = np.sum(weight * np.sum((positions - mean) ** 2, axis=2), axis=0)
     freedom = np.maximum(counts.sum(axis=0) - 1, 1)
     disagreement = np.sqrt(squares / freedom)
-    best = min(found, key=lambda e: e.doubt)
+    best = min(found, key=lambda e: e.inconsistency)
     return replace(
         best,
         positions=mean,

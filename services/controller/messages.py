@@ -51,7 +51,7 @@ def rope_observation(message: NodeChain) -> RopeObservation:
         nodes,
         np.array(message.sigma) if message.sigma else np.zeros(count),
         np.array(message.observed) if message.observed else np.ones(count, dtype=bool),
-        message.doubt,
+        message.p_wrong,
     )
 
 

@@ -10,7 +10,7 @@ from lariat.trajectory import SECOND
 from shared import messages, topics
 from shared.runtime.service import Publication
 
-HALF_DOUBT_LENGTH, DOUBT_POWER = 0.024, 2.2
+HALF_LENGTH, LENGTH_POWER = 0.024, 2.2
 """Length at which a line lies beside all ropes in one of two cases [m], and power of the length by
 which the odds of that fall [-]: of 24 lines below 6 cm, 6 did, of 1802 longer ones one."""
 
@@ -55,5 +55,5 @@ class OthersPublisher:
                 for part in rope.parts
             ],
             diameter=rope.diameter,
-            doubt=float(1.0 / (1.0 + (rope.length / HALF_DOUBT_LENGTH) ** DOUBT_POWER)),
+            p_wrong=float(1.0 / (1.0 + (rope.length / HALF_LENGTH) ** LENGTH_POWER)),
         )

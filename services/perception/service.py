@@ -12,7 +12,7 @@ from jaxtyping import Float64
 
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.poses import Pose
-from lariat.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, RopeModel
+from lariat.perception.centerline.estimate import MAX_INCONSISTENCY, CenterlineEstimate, RopeModel
 from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.perception.centerline.settings import CenterlineSettings
 from lariat.perception.clock_check import ClockCheck
@@ -51,8 +51,8 @@ OTHER_READS = (topics.ARM_STATE, topics.ROPE_TRUTH, topics.SCENE_REQUEST, topics
 """Topics that it reads beside those of the cameras."""
 GRAVITY = 9.81
 """Gravitational acceleration [m/s^2]."""
-MAX_DOUBTFUL_FRAMES = 8
-"""Number of doubtful frames in a row from which the rope is reported as lost."""
+MAX_INCONSISTENT_FRAMES = 8
+"""Number of inconsistent frames in a row from which the rope is reported as lost."""
 CONTRADICTED = (
     "the image contradicts the grips and the rope's length; if nothing hides the rope, it has left "
     "a grip, or the camera needs a calibration (lariat calibrate)"
@@ -121,7 +121,7 @@ class PerceptionService:
         self._resets, self._restores = ResetCounter(), ResetCounter()
         self._published = -SECOND
         self._published_revision = 0
-        self._doubtful_frames = 0
+        self._inconsistent_frames = 0
         self._is_lost = False
         self.note = ""
 
@@ -236,10 +236,12 @@ class PerceptionService:
     def _rope_nodes(self, estimate: CenterlineEstimate, stamp: int) -> Publication:
         if estimate.lost:
             return self._lost(estimate.lost, stamp)
-        self._doubtful_frames = self._doubtful_frames + 1 if estimate.doubt > MAX_DOUBT else 0
-        if self._doubtful_frames >= MAX_DOUBTFUL_FRAMES:
+        self._inconsistent_frames = (
+            self._doubtful_frames + 1 if estimate.inconsistency > MAX_INCONSISTENCY else 0
+        )
+        if self._inconsistent_frames >= MAX_INCONSISTENT_FRAMES:
             reason = BESIDE_ANOTHER if estimate.others else CONTRADICTED
-            return self._lost(reason, stamp, estimate.probability_wrong)
+            return self._lost(reason, stamp, estimate.p_wrong)
         self._set_note("")
         self._nodes = estimate.positions
         return Publication(
@@ -249,13 +251,13 @@ class PerceptionService:
                 positions=estimate.positions.ravel(),
                 sigma=estimate.sigma,
                 observed=estimate.observed.tolist(),
-                doubt=estimate.probability_wrong,
+                p_wrong=estimate.p_wrong,
             ),
         )
 
-    def _lost(self, reason: str, stamp: int, doubt: float = 0.0) -> Publication:
+    def _lost(self, reason: str, stamp: int, p_wrong: float = 0.0) -> Publication:
         self._set_note(reason)
-        return Publication(topics.ROPE_NODES, NodeChain(stamp=stamp, lost=reason, doubt=doubt))
+        return Publication(topics.ROPE_NODES, NodeChain(stamp=stamp, lost=reason, p_wrong=p_wrong))
 
     def _set_note(self, lost: str) -> None:
         if bool(lost) != self._is_lost:

@@ -7,20 +7,20 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class NodeChain(_message.Message):
-    __slots__ = ("stamp", "positions", "sigma", "observed", "lost", "doubt")
+    __slots__ = ("stamp", "positions", "sigma", "observed", "lost", "p_wrong")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     SIGMA_FIELD_NUMBER: _ClassVar[int]
     OBSERVED_FIELD_NUMBER: _ClassVar[int]
     LOST_FIELD_NUMBER: _ClassVar[int]
-    DOUBT_FIELD_NUMBER: _ClassVar[int]
+    P_WRONG_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     positions: _containers.RepeatedScalarFieldContainer[float]
     sigma: _containers.RepeatedScalarFieldContainer[float]
     observed: _containers.RepeatedScalarFieldContainer[bool]
     lost: str
-    doubt: float
-    def __init__(self, stamp: _Optional[int] = ..., positions: _Optional[_Iterable[float]] = ..., sigma: _Optional[_Iterable[float]] = ..., observed: _Optional[_Iterable[bool]] = ..., lost: _Optional[str] = ..., doubt: _Optional[float] = ...) -> None: ...
+    p_wrong: float
+    def __init__(self, stamp: _Optional[int] = ..., positions: _Optional[_Iterable[float]] = ..., sigma: _Optional[_Iterable[float]] = ..., observed: _Optional[_Iterable[bool]] = ..., lost: _Optional[str] = ..., p_wrong: _Optional[float] = ...) -> None: ...
 
 class RopeLine(_message.Message):
     __slots__ = ("positions", "seen")
@@ -31,16 +31,16 @@ class RopeLine(_message.Message):
     def __init__(self, positions: _Optional[_Iterable[float]] = ..., seen: _Optional[bool] = ...) -> None: ...
 
 class OtherRope(_message.Message):
-    __slots__ = ("id", "lines", "diameter", "doubt")
+    __slots__ = ("id", "lines", "diameter", "p_wrong")
     ID_FIELD_NUMBER: _ClassVar[int]
     LINES_FIELD_NUMBER: _ClassVar[int]
     DIAMETER_FIELD_NUMBER: _ClassVar[int]
-    DOUBT_FIELD_NUMBER: _ClassVar[int]
+    P_WRONG_FIELD_NUMBER: _ClassVar[int]
     id: int
     lines: _containers.RepeatedCompositeFieldContainer[RopeLine]
     diameter: float
-    doubt: float
-    def __init__(self, id: _Optional[int] = ..., lines: _Optional[_Iterable[_Union[RopeLine, _Mapping]]] = ..., diameter: _Optional[float] = ..., doubt: _Optional[float] = ...) -> None: ...
+    p_wrong: float
+    def __init__(self, id: _Optional[int] = ..., lines: _Optional[_Iterable[_Union[RopeLine, _Mapping]]] = ..., diameter: _Optional[float] = ..., p_wrong: _Optional[float] = ...) -> None: ...
 
 class OtherRopes(_message.Message):
     __slots__ = ("stamp", "revision", "ropes")

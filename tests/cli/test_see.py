@@ -11,7 +11,7 @@ import pytest
 
 from cli.__main__ import main
 from lariat.geometry import poses
-from lariat.perception.image.doubt import DOUBTFUL
+from lariat.perception.image.p_wrong import DOUBTFUL
 from tests.lariat.perception.centerline.test_segmentation import GREY, ORANGE, taken
 from tests.services.perception.scenes import CAMERA, curve
 
@@ -43,7 +43,7 @@ def test_a_doubtful_answer_says_so(folder: Path, capsys: pytest.CaptureFixture) 
     cv2.imwrite(str(folder / "faint.png"), cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
     assert main(["see", str(folder / "faint.png")]) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert answer["doubt"] > DOUBTFUL
+    assert answer["p_wrong"] > DOUBTFUL
     assert "probability" in answer["notes"][0]
 
 

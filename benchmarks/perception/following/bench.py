@@ -17,14 +17,14 @@ from benchmarks.perception.following.frames import VIEW, TrueFrame, frames_of
 from benchmarks.perception.following.others import OthersFigures, OthersFollower
 from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR
 from benchmarks.result_block import figures_table, find_block, show
-from lariat.control.estimation.rope_tracker import MAX_DOUBT
+from lariat.control.estimation.rope_tracker import MAX_P_WRONG
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import TABLE
 from lariat.perception.centerline.estimate import CenterlineEstimate, RopeModel
 from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.perception.centerline.settings import CenterlineSettings
 from lariat.perception.tracking.centerline_tracker import CenterlineTracker
-from lariat.perception.tracking.chain_doubt import ChainDoubt
+from lariat.perception.tracking.wrong_chain import WrongChainModel
 from lariat.rod import RodProperties
 from lariat.simulation.camera.depth_faults import REAL_SENSOR, DepthFaults
 
@@ -169,7 +169,7 @@ def follow(case: Case, seed: int, figures: Figures, faults: DepthFaults | None =
     model = RopeModel(truth.length, truth.diameter / 2.0, truth.node_count, weight)
     settings = CenterlineSettings(rope_color=ROPE_COLOR if case in COLORFUL else None)
     tracker = CenterlineTracker(CenterlineEstimator(VIEW, model, settings), believed, [TABLE])
-    gone, returned, model_doubt = False, 0.0, ChainDoubt()
+    gone, returned, model = False, 0.0, WrongChainModel()
     beside = OthersFollower(model.radius, figures.others)
     for number, frame in enumerate(frames_of(truth, case, seed, faults)):
         if not number:
@@ -195,10 +195,10 @@ def follow(case: Case, seed: int, figures: Figures, faults: DepthFaults | None =
             continue
         errors = np.linalg.norm(estimate.positions - frame.nodes, axis=1)
         _count(figures, frame, estimate, errors)
-        features = model_doubt.features(estimate.doubt, round(1e9 * (1.0 + frame.time)))
+        features = model.features(estimate.inconsistency, round(1e9 * (1.0 + frame.time)))
         off = bool(np.any(errors[frame.visible] > WRONG_ERROR))
-        figures.doubts.append(StatedDoubt(estimate.probability_wrong, off, features))
-        figures.refused += not off and estimate.probability_wrong > MAX_DOUBT
+        figures.doubts.append(StatedDoubt(estimate.p_wrong, off, features))
+        figures.refused += not off and estimate.p_wrong > MAX_P_WRONG
         if gone and returned and _is_found(frame, estimate, errors):
             figures.found_again.append(frame.time - returned)
             gone = False
@@ -221,7 +221,7 @@ def _count(
             for tube in frame.tubes
         )
         figures.followed += on_another
-        figures.believed += on_another and estimate.probability_wrong <= MAX_DOUBT
+        figures.believed += on_another and estimate.p_wrong <= MAX_P_WRONG
     figures.errors.append(errors)
     figures.sigmas.append(estimate.sigma)
     figures.observed.append(estimate.observed)

@@ -24,7 +24,7 @@ from benchmarks.perception.instances.reliability import draw_reliability
 from benchmarks.perception.pictures.generators import Ground, held_out_picture
 from benchmarks.result_block import figures_table, find_block, show
 from lariat.perception.image import detector
-from lariat.perception.image.doubt import DOUBTFUL
+from lariat.perception.image.p_wrong import DOUBTFUL
 
 CABLE_COUNTS = (1, 2, 3)
 """Numbers of cables in the rendered pictures."""

@@ -1,7 +1,7 @@
 """Calibration of doubt: logistic models fitted to what was right in rendered pictures.
 
 The pictures are those of the tuning generator, with seeds that nothing else was tuned on. The
-fitted coefficients are copied into lariat/perception/image/doubt.py.
+fitted coefficients are copied into lariat/perception/image/p_wrong.py.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from scipy.optimize import linear_sum_assignment
 from benchmarks.perception.instances.judgement import RIGHT_DICE, dice_matrix
 from benchmarks.perception.pictures.generators import Ground, tuning_picture
 from benchmarks.perception.pictures.renderer import LabelledPicture
-from lariat.perception.image import detector, doubt
-from lariat.perception.image.doubt import RopeFeatures
+from lariat.perception.image import detector, p_wrong
 from lariat.perception.image.foreground import Foreground, find_foregrounds
+from lariat.perception.image.p_wrong import RopeFeatures
 
 FIRST_SEED = 100_000
 """First seed of the pictures for the fit; tuning uses lower ones."""
@@ -88,14 +88,14 @@ def fit(count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
     features = np.array([astuple(r) for s in every for r in s.ropes])
     wrong = np.concatenate([~_right_ropes(s) for s in every])
     ropes = fit_logistic(features, wrong)
-    doubt.ROPE_COEFFICIENTS = ropes
+    p_wrong.ROPE_COEFFICIENTS = ropes
     images, image_wrong = [], []
     for s in every:
-        kept = doubt.believed(s.ropes)
+        kept = p_wrong.believed(s.ropes)
         explained = sum(s.shares[k] for k in kept)
         believed = [s.ropes[k] for k in kept]
         missing = max(0.0, float(np.sum(s.seen) - sum(s.seen[k + 1] for k in kept)))
-        known = doubt.image_features(believed, explained, s.fragment_count, s.by_color, missing)
+        known = p_wrong.image_features(believed, explained, s.fragment_count, s.by_color, missing)
         images.append(astuple(known))
         right = len(kept) == len(s.dice) and bool(np.all(_right_ropes(s)[kept]))
         image_wrong.append(not right)

@@ -57,7 +57,7 @@ def judge(labels: UInt8[np.ndarray, "h w"], found: Detection | None) -> Judgemen
         dice[i] = overlap[i, j]
         one_line[i] = _is_one_line(labels == i + 1, found, j)
         rope_right[j] = bool(overlap[i, j] > RIGHT_DICE)
-    return Judgement(count == len(found.ropes), dice, one_line, found.doubt, rope_right)
+    return Judgement(count == len(found.ropes), dice, one_line, found.p_wrong, rope_right)
 
 
 def dice_matrix(

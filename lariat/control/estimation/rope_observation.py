@@ -20,5 +20,5 @@ class RopeObservation:
     """Standard deviation of each node's position [m]."""
     observed: Bool[np.ndarray, "n"]
     """Nodes that were seen, not bridged."""
-    doubt: float = 0.0
+    p_wrong: float = 0.0
     """Probability that the nodes are not those of the held rope [-]."""

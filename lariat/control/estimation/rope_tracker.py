@@ -23,7 +23,7 @@ log = logging.getLogger(__name__)
 
 MAX_GAP = 10 * SECOND
 """Time between two states of the grips above which the estimate begins anew [ns]."""
-MAX_DOUBT = 0.03
+MAX_P_WRONG = 0.03
 """Probability that what is seen is not the held rope, above which it is no observation [-]."""
 
 
@@ -44,7 +44,7 @@ class RopeTracker:
         """Time of the last step with an observation of the rope [ns]."""
         self.image_stamp = 0
         """Time of the image of that observation [ns]."""
-        self.doubt = 0.0
+        self.p_wrong = 0.0
         """Probability that the newest nodes are not those of the rope [-]."""
         self.observed: Float64[np.ndarray, "n 3"] = estimator.nodes
         """Nodes of the rope as observed last; estimated ones where it was not seen [m]."""
@@ -116,9 +116,9 @@ class RopeTracker:
         """
         estimator, count = self.estimator, self.estimator.rod.node_count
         # A rope that perception has lost is not seen, however doubtful it was before.
-        self.doubt = seen.doubt if len(seen.nodes) else 0.0
+        self.p_wrong = seen.p_wrong if len(seen.nodes) else 0.0
         early = seen.stamp < estimator.start_time
-        if self.doubt > MAX_DOUBT or early or len(seen.nodes) != count:
+        if self.p_wrong > MAX_P_WRONG or early or len(seen.nodes) != count:
             return None
         rope = self._registered(seen) if adapts else seen
         estimator.observe(rope.stamp, rope.nodes, rope.sigma, rope.observed)

@@ -88,7 +88,7 @@ TEXTS: Mapping[ReasonCode, str] = {
     ReasonCode.ROPE_NOT_SEEN: "the rope has not been seen for {seconds:g} s",
     ReasonCode.ROPE_DOUBTFUL: (
         "the rope has not been told from what lies beside it for {seconds:g} s (what is seen is "
-        "another shape or rope with probability {doubt:.2f}); move the other away"
+        "another shape or rope with probability {p_wrong:.2f}); move the other away"
     ),
     ReasonCode.SETPOINTS_REFUSED: "the gateway refuses the path ({refusal})",
     ReasonCode.ARM_OFF_COURSE: "an arm is {error_mm:.0f} mm from where it should be",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lariat.control.estimation.rope_tracker import MAX_DOUBT
+from lariat.control.estimation.rope_tracker import MAX_P_WRONG
 from lariat.control.run.arm_condition import ArmCondition
 from lariat.control.run.reasons import Reason, ReasonCode
 from lariat.control.run.state_machine import RunEvent
@@ -31,7 +31,7 @@ def hold_reason(
     last_seen: int | None,
     *,
     following: bool,
-    doubt: float = 0.0,
+    p_wrong: float = 0.0,
 ) -> Reason | None:
     """Return the reason to hold the arms; None when they can be controlled.
 
@@ -41,7 +41,7 @@ def hold_reason(
         arms: Condition of the arms.
         last_seen: Time of the last observation of the rope [ns]; None before the first one.
         following: Whether a path is being followed.
-        doubt: Probability that what was seen since is not the rope [-]; 0 if nothing was.
+        p_wrong: Probability that what was seen since is not the rope [-]; 0 if nothing was.
     """
     if not task.active:
         return task.reason
@@ -53,8 +53,8 @@ def hold_reason(
         if following:
             task.request_path()
         seconds = MAX_BLIND_TIME / SECOND
-        if doubt > MAX_DOUBT:
-            return Reason(ReasonCode.ROPE_DOUBTFUL, {"seconds": seconds, "doubt": doubt})
+        if p_wrong > MAX_P_WRONG:
+            return Reason(ReasonCode.ROPE_DOUBTFUL, {"seconds": seconds, "p_wrong": p_wrong})
         return Reason(ReasonCode.ROPE_NOT_SEEN, {"seconds": seconds})
     return None
 

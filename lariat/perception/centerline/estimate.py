@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
-MAX_DOUBT = 0.3
-"""Doubt [-] above which an estimate contradicts its image: no node counts as observed, all standard
-deviations are large, and the estimate is not used as the next frame's prior."""
+MAX_INCONSISTENCY = 0.3
+"""Inconsistency [-] above which an estimate contradicts its image: no node counts as observed, all
+standard deviations are large, and the estimate is not used as the next frame's prior."""
 
 REACH_SIGMAS, REACH_MARGIN = 3.0, 0.008
 """Distance from an expected shape above which something is not the rope: standard deviations [-]
@@ -81,9 +81,10 @@ class CenterlineEstimate:
     """Reason why there are no positions; empty otherwise."""
     misfit: float = 1.0
     """Root mean square of the residuals over their standard deviations [-]."""
-    doubt: float = 0.0
-    """Contradiction between image and chain [-]: 0 for none, above `MAX_DOUBT` for a wrong one."""
-    probability_wrong: float = 0.0
+    inconsistency: float = 0.0
+    """Inconsistency between image and chain [-]: 0 for none, above `MAX_INCONSISTENCY` for a wrong
+    one."""
+    p_wrong: float = 0.0
     """Probability that some visible node lies off the rope by more than a centimetre [-]."""
     length_ratio: float | None = None
     """Length of the rope in the image, relative to the given one [-]; None if not measured."""

@@ -19,7 +19,7 @@ from lariat.geometry.cameras import Camera, Picture
 from lariat.geometry.poses import Pose
 from lariat.perception.centerline.chain_fit import ChainFit
 from lariat.perception.centerline.estimate import (
-    MAX_DOUBT,
+    MAX_INCONSISTENCY,
     CenterlineEstimate,
     ChainLength,
     OtherLine,
@@ -82,7 +82,7 @@ class CenterlineEstimator:
             right: Grip that holds the right end.
             prior: Expected shape: the last estimate or a prediction.
             fallback_prior: Function that returns an expected shape; called only where the image
-                leaves doubt.
+                leaves several hypotheses.
             bias: Bias of every depth [m].
             length: Length of the rope, and whether to measure it.
             known: Lines of other ropes where they are expected.
@@ -112,39 +112,41 @@ class CenterlineEstimator:
             found, consistency, unseen = self._judged(
                 samples, start, left, right, prior, length, known
             )
-            doubt = consistency.doubt(unseen) + max(0.0, found.misfit - 1.0)
-            doubt += found.rivals / s.tolerated_rivals
-            doubt += max(0.0, found.overlap - s.clear_overlap) / s.tolerated_overlap
+            inconsistency = consistency.inconsistency(unseen) + max(0.0, found.misfit - 1.0)
+            inconsistency += found.rivals / s.tolerated_rivals
+            inconsistency += max(0.0, found.overlap - s.clear_overlap) / s.tolerated_overlap
             if prior is not None and found.others:
                 away = np.linalg.norm(found.positions - prior.positions, axis=1) > prior.reach
-                doubt += float(np.mean(away)) / s.tolerated_away
+                inconsistency += float(np.mean(away)) / s.tolerated_away
             missing = max(0.0, unseen - consistency.covered)
             # Of two consistent hypotheses, the one that explains more of the image is better.
-            tried.append((doubt + missing, doubt, found))
+            tried.append((inconsistency + missing, inconsistency, found))
             # Once the first hypothesis has failed, all others are compared before one is accepted.
             clear = len(tried) == 1 and missing < s.max_missing_share
             followed = prior is not None and start.prior is prior
-            if doubt < s.accepted_doubt and (clear or followed):
+            if inconsistency < s.accepted_inconsistency and (clear or followed):
                 break
         if not tried:
             return CenterlineEstimate.failed("no rope pixels lie where the rope can be")
         tried.sort(key=lambda t: t[:2])
-        rank, doubt, best = tried[0]
+        rank, inconsistency, best = tried[0]
         spread = np.zeros(len(best.sigma))
         unseen = 1.0 - float(np.mean(best.observed))
-        limit = rank + s.rival_doubt + s.rival_doubt_per_unseen * unseen
+        limit = rank + s.rival_inconsistency + s.rival_inconsistency_per_unseen * unseen
         for other, _, rival in tried[1:]:
             if other < limit:
                 distance = np.linalg.norm(rival.positions - best.positions, axis=1)
                 spread = np.hypot(spread, distance)
-        wrong = min(1.0, (doubt / MAX_DOUBT) ** 2)
+        wrong = min(1.0, (inconsistency / MAX_INCONSISTENCY) ** 2)
         return replace(
             best,
             sigma=np.hypot(
                 np.hypot(best.sigma, spread), wrong * self._wrong_topology_sigma(left, right)
             ),
-            observed=best.observed & (spread < s.max_rival_distance) & (doubt < MAX_DOUBT),
-            doubt=doubt,
+            observed=best.observed
+            & (spread < s.max_rival_distance)
+            & (inconsistency < MAX_INCONSISTENCY),
+            inconsistency=inconsistency,
         )
 
     def _judged(

@@ -23,18 +23,18 @@ SEE_THROUGH_DEPTH = 0.02
 OCCLUDING_DEPTH = 0.02
 """Distance in front of the chain beyond which a measured depth belongs to an occluder [m]."""
 EXPLAINING_HIDDEN_SHARE = 0.15
-"""Hidden share of the chain above which unexplained pixels count as doubt in full."""
+"""Hidden share of the chain above which unexplained pixels count in full."""
 TOLERATED_UNEXPLAINED_SHARE = 0.04
-"""Unexplained share of the rope pixels that corresponds to a doubt of one."""
+"""Unexplained share of the rope pixels that corresponds to an inconsistency of one."""
 TOLERATED_CONTRADICTED_SHARE = 0.05
-"""Contradicted share of the chain that corresponds to a doubt of one."""
+"""Contradicted share of the chain that corresponds to an inconsistency of one."""
 SUBPIXEL_BITS = 4
 """Fractional bits of the fixed-point coordinates of drawn lines."""
 
 
 @dataclass(frozen=True)
 class ReprojectionConsistency:
-    """Contradictions between a chain and an image."""
+    """Inconsistency between a chain and an image."""
 
     unexplained: float
     """Share of the rope pixels away from the chain."""
@@ -43,7 +43,7 @@ class ReprojectionConsistency:
     covered: float
     """Share of the chain in front of which the camera measures another object."""
 
-    def doubt(self, hidden: float) -> float:
+    def inconsistency(self, hidden: float) -> float:
         """Return 0 for a consistent chain, 1 and more for a wrong one.
 
         Args:

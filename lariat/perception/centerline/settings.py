@@ -33,13 +33,14 @@ class FrameLimits:
 class HypothesisSettings:
     """Choice between hypotheses, and uncertainty where the image does not decide."""
 
-    accepted_doubt: float = 0.15
-    """Doubt below which a hypothesis ends the search, if it leaves little of the rope unseen."""
+    accepted_inconsistency: float = 0.15
+    """Inconsistency below which a hypothesis ends the search, if it leaves little of the rope
+    unseen."""
     max_missing_share: float = 0.25
     """Share of the rope that is neither seen nor hidden, above which other topologies are tried."""
-    rival_doubt: float = 0.3
-    """Difference of doubt below which two hypotheses cannot be told apart."""
-    rival_doubt_per_unseen: float = 2.0
+    rival_inconsistency: float = 0.3
+    """Difference of inconsistency below which two hypotheses cannot be told apart."""
+    rival_inconsistency_per_unseen: float = 2.0
     """Increase of that difference per unseen share of the rope: the less of the rope is seen, the
     more hypotheses are consistent with the image."""
     max_rival_distance: float = 0.005
@@ -58,15 +59,16 @@ class HypothesisSettings:
     tolerated_unexplained: float = 0.01
     """Share of the rope pixels away from the chain up to which no other ropes are looked for."""
     tolerated_rivals: float = 0.1
-    """Length of rivals of seen parts, relative to the rope's, that corresponds to a doubt of
-    one."""
+    """Length of rivals of seen parts, relative to the rope's, that corresponds to an inconsistency
+    of one."""
     clear_overlap: float = 0.12
     """Share of the chain that other ropes may cross in the image without doubt."""
     tolerated_overlap: float = 0.3
-    """Further share of the chain beside other ropes that corresponds to a doubt of one: where they
-    run on top of each other, the image does not tell them apart."""
+    """Further share of the chain beside other ropes that corresponds to an inconsistency of one:
+    where they run on top of each other, the image does not tell them apart."""
     tolerated_away: float = 0.1
-    """Share of the nodes out of the reach of the prior that corresponds to a doubt of one."""
+    """Share of the nodes out of the reach of the prior that corresponds to an inconsistency of
+    one."""
     prior_reach: float = 0.03
     """Distance from a prior above which a segment does not belong to it [m], in addition to two
     standard deviations of the prior."""

@@ -18,18 +18,18 @@ from lariat.perception.centerline.skeleton import Strand
 from lariat.perception.image.assembly import AssembledRope, assemble
 from lariat.perception.image.color_model import ROPE_LOG_RATIO
 from lariat.perception.image.contrast import could_be_shadow
-from lariat.perception.image.doubt import (
-    ImageFeatures,
-    RopeFeatures,
-    ambiguity_of_margin,
-    believed,
-    doubt,
-    image_features,
-)
 from lariat.perception.image.flanks import center_between_flanks
 from lariat.perception.image.foreground import Foreground, find_foregrounds
 from lariat.perception.image.fragments import cut_fragments
 from lariat.perception.image.layers import Crossing, RopeBand, layer_ropes
+from lariat.perception.image.p_wrong import (
+    ImageFeatures,
+    RopeFeatures,
+    ambiguity_of_margin,
+    believed,
+    image_features,
+    p_wrong,
+)
 from lariat.perception.image.proposals import color_distance
 from lariat.perception.image.width import width_from_radii
 
@@ -37,7 +37,7 @@ MIN_IMAGE_SIDE = 48
 """Least shorter side of an image [pixels]."""
 LIKENESS_PER_LOG_RATIO = 31.0
 """Likeness per unit of the log likelihood ratio."""
-HOPELESS_DOUBT = 0.9
+HOPELESS_P_WRONG = 0.9
 """Doubt from which another way of finding the foreground is tried."""
 SURE_LOG_ODDS = 1.0
 """Log odds of the network from which it sees a rope for sure [-]."""
@@ -70,12 +70,12 @@ class DetectedRope:
     lines: list[Ridge]
     """Sub-pixel centrelines, in order along the rope."""
     features: RopeFeatures
-    """Evidence that its doubt rests on."""
+    """Evidence that `p_wrong` rests on."""
 
     @property
-    def doubt(self) -> float:
+    def p_wrong(self) -> float:
         """Probability that this is not exactly one whole rope, 0..1."""
-        return doubt(self.features)
+        return p_wrong(self.features)
 
 
 @dataclass(frozen=True)
@@ -91,13 +91,13 @@ class Detection:
     likeness: UInt8[np.ndarray, "h w"]
     """Likeness of every pixel to a rope; 128 separates ropes and background."""
     features: ImageFeatures
-    """Evidence that its doubt rests on."""
+    """Evidence that `p_wrong` rests on."""
 
     @property
-    def doubt(self) -> float:
+    def p_wrong(self) -> float:
         """Probability that a rope is missing, too much, or wrong, 0..1."""
         # The answer is right only if each of its ropes is.
-        return max(doubt(self.features), *(rope.doubt for rope in self.ropes))
+        return max(p_wrong(self.features), *(rope.p_wrong for rope in self.ropes))
 
     @property
     def shadow(self) -> float:
@@ -143,9 +143,9 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
         if candidates is None:
             continue
         found = _detection((color.shape[1], color.shape[0]), candidates, foreground)
-        if best is None or found.doubt < best.doubt:
+        if best is None or found.p_wrong < best.p_wrong:
             best = found
-        if best.doubt < HOPELESS_DOUBT:
+        if best.p_wrong < HOPELESS_P_WRONG:
             break
     if best is not None:
         return best

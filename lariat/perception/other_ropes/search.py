@@ -14,7 +14,7 @@ from lariat.perception.centerline.estimate import CenterlineEstimate
 from lariat.perception.other_ropes.foreground_mask import KnownScene
 from lariat.perception.other_ropes.other_ropes import SeenLine, is_away
 from lariat.perception.other_ropes.thin_structures import RgbdView, thin_things
-from lariat.perception.tracking.centerline_tracker import MAX_LEARNT_DOUBT
+from lariat.perception.tracking.centerline_tracker import MAX_LEARNT_P_WRONG
 from lariat.scenario.sections import Limits
 
 PERIOD = 50_000_000
@@ -69,7 +69,7 @@ class SearchBeside:
         """
         if estimate.lost:
             return []
-        sure = estimate.probability_wrong < MAX_LEARNT_DOUBT
+        sure = estimate.p_wrong < MAX_LEARNT_P_WRONG
         lines = [SeenLine(line.points, self._diameter) for line in estimate.others if sure]
         grippers = gripper_capsules(*grips, self._limits.gripper_reach, self._limits.gripper_radius)
         known = KnownScene(estimate, 0.5 * self._diameter, obstacles, grippers)

@@ -18,7 +18,7 @@ from lariat.geometry.cameras import Picture
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.perception.centerline.estimate import (
-    MAX_DOUBT,
+    MAX_INCONSISTENCY,
     CenterlineEstimate,
     ChainLength,
     OtherLine,
@@ -28,8 +28,8 @@ from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.perception.other_ropes.other_ropes import OtherRopes, SeenLine, is_away
 from lariat.perception.rgbd.depth_bias import DepthBias
 from lariat.perception.rgbd.line_of_sight import Sight, line_of_sight
-from lariat.perception.tracking.chain_doubt import ChainDoubt
 from lariat.perception.tracking.motion_uncertainty import MotionUncertainty
+from lariat.perception.tracking.wrong_chain import WrongChainModel
 from lariat.rod import Rod, RodProperties
 
 log = logging.getLogger(__name__)
@@ -43,7 +43,7 @@ LENGTH_PERIOD = 10
 """Number of frames between two measurements of the length after that."""
 MAX_LENGTH_ERROR = 0.03
 """Largest deviation of the measured length from the given one, as a share [-]."""
-MAX_LEARNT_DOUBT = 0.03
+MAX_LEARNT_P_WRONG = 0.03
 """Probability of a wrong chain below which the lines beside it are taken for other ropes [-]."""
 KNOWN_POINT_DISTANCE = 0.003
 """Distance of the points of another rope where it is expected [m]."""
@@ -127,7 +127,7 @@ class CenterlineTracker:
         self._rest_failed = False
         self._bias = DepthBias(estimator.camera, bodies)
         self._length = LengthMean()
-        self._doubt = ChainDoubt()
+        self._wrong_chain = WrongChainModel()
         self._others = OtherRopes()
         self._motion = MotionUncertainty()
 
@@ -135,7 +135,7 @@ class CenterlineTracker:
         """Drop the last estimate and the measured length: another rope may be there."""
         self._last = None
         self._length = LengthMean()
-        self._doubt.forget()
+        self._wrong_chain.forget()
         self._others.forget()
 
     def warm_up(self, left: Pose, right: Pose) -> None:
@@ -174,9 +174,9 @@ class CenterlineTracker:
         added, wrong = self._motion.take((left, right), count, stamp), 0.0
         if not estimate.lost:
             self.adopt(_continued(estimate, prior), left, right, stamp)
-            wrong = self._doubt.take(estimate.doubt, stamp)
+            wrong = self._wrong_chain.take(estimate.inconsistency, stamp)
         # Beside a chain that may lie on another rope, ours would be taken for the other one.
-        sure, diameter = wrong < MAX_LEARNT_DOUBT, 2.0 * self._estimator.rope.radius
+        sure, diameter = wrong < MAX_LEARNT_P_WRONG, 2.0 * self._estimator.rope.radius
         lines = [
             SeenLine(line.points, diameter)
             for line in estimate.others
@@ -186,7 +186,7 @@ class CenterlineTracker:
         if estimate.lost:
             return estimate
         sigma = np.hypot(SIGMA_SCALE * estimate.sigma, added)
-        return replace(estimate, sigma=sigma, probability_wrong=wrong, bias=bias)
+        return replace(estimate, sigma=sigma, p_wrong=wrong, bias=bias)
 
     def _expected_others(self) -> list[OtherLine]:
         """Lines of the other ropes where they were seen last."""
@@ -204,7 +204,7 @@ class CenterlineTracker:
         self, estimate: CenterlineEstimate, left: Pose | None, right: Pose | None, stamp: int
     ) -> None:
         """Take an estimate as the next frame's prior, unless it is doubtful."""
-        if estimate.doubt < MAX_DOUBT:
+        if estimate.inconsistency < MAX_INCONSISTENCY:
             self._last, self._stamp, self._grips = estimate, stamp, (left, right)
 
     def _shape_at_rest(self, left: Pose | None, right: Pose | None) -> ShapePrior | None:

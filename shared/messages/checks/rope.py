@@ -40,8 +40,8 @@ def _check_node_chain(message: messages.NodeChain) -> None:
     check_bounded("sigma", message.sigma)
     check_length("sigma", message.sigma, 0, count)
     check_length("observed", message.observed, 0, count)
-    if not 0.0 <= message.doubt <= 1.0:
-        raise ValueError(f"doubt = {message.doubt:g} is no probability")
+    if not 0.0 <= message.p_wrong <= 1.0:
+        raise ValueError(f"p_wrong = {message.p_wrong:g} is no probability")
 
 
 def _check_other_ropes(message: messages.OtherRopes) -> None:
@@ -50,8 +50,8 @@ def _check_other_ropes(message: messages.OtherRopes) -> None:
     for rope in message.ropes:
         if not 0.0 < rope.diameter <= MAX_DIAMETER:
             raise ValueError(f"diameter = {rope.diameter:g} m is not within 0…{MAX_DIAMETER:g} m")
-        if not 0.0 <= rope.doubt <= 1.0:
-            raise ValueError(f"doubt = {rope.doubt:g} is no probability")
+        if not 0.0 <= rope.p_wrong <= 1.0:
+            raise ValueError(f"p_wrong = {rope.p_wrong:g} is no probability")
         if len(rope.lines) > MAX_LINES:
             raise ValueError(f"{len(rope.lines)} lines, more than {MAX_LINES}")
         for line in rope.lines:

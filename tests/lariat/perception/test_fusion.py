@@ -5,19 +5,24 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate
+from lariat.perception.centerline.estimate import MAX_INCONSISTENCY, CenterlineEstimate
 from lariat.perception.fusion import fuse
 
 LINE = np.linspace([0.0, 0.0, 0.0], [0.4, 0.0, 0.0], 5)
 
 
 def estimate(
-    shift: float = 0.0, sigma: float = 1e-3, hidden: tuple[int, ...] = (), doubt: float = 0.0
+    shift: float = 0.0,
+    sigma: float = 1e-3,
+    hidden: tuple[int, ...] = (),
+    inconsistency: float = 0.0,
 ) -> CenterlineEstimate:
     observed = np.ones(len(LINE), bool)
     observed[list(hidden)] = False
     deviations = np.where(observed, sigma, 10.0 * sigma)
-    return CenterlineEstimate(LINE + np.array([0.0, shift, 0.0]), deviations, observed, doubt=doubt)
+    return CenterlineEstimate(
+        LINE + np.array([0.0, shift, 0.0]), deviations, observed, inconsistency=inconsistency
+    )
 
 
 def test_one_camera_is_left_as_it_is() -> None:
@@ -70,9 +75,9 @@ def test_deviations_of_honest_cameras_are_honest_after_the_fusion() -> None:
 
 
 def test_a_doubtful_estimate_counts_only_among_its_like() -> None:
-    good, wrong = estimate(), estimate(0.1, doubt=2.0 * MAX_DOUBT)
+    good, wrong = estimate(), estimate(0.1, inconsistency=2.0 * MAX_INCONSISTENCY)
     assert fuse([wrong, good]) is good
-    assert fuse([wrong, wrong]).doubt > MAX_DOUBT
+    assert fuse([wrong, wrong]).inconsistency > MAX_INCONSISTENCY
 
 
 def test_all_reasons_are_named_when_no_camera_sees_the_rope() -> None:

@@ -38,10 +38,10 @@ def inbox(now: int, distance: float, newest: dict[str, Received], *requests: Tas
     return Inbox(newest, {**arrived, topics.TASK_REQUEST.key: items(*requests)})
 
 
-def observe(service: ControllerService, now: int, doubt: float = 0.0, aside: float = 0.0) -> None:
+def observe(service: ControllerService, now: int, p_wrong: float = 0.0, aside: float = 0.0) -> None:
     """Hand over an observation that agrees with the estimate, or lies aside of it [m]."""
     nodes = service.controller.rope.estimator.nodes + np.array([0.0, aside, 0.0])
-    rope = messages.NodeChain(stamp=now, positions=nodes.ravel(), doubt=doubt)
+    rope = messages.NodeChain(stamp=now, positions=nodes.ravel(), p_wrong=p_wrong)
     arrived = {topics.ROPE_NODES.key: [Received(rope, "perception", 0, now)]}
     list(service.step(Inbox({}, arrived), now))
 
@@ -133,10 +133,10 @@ def test_a_rope_that_may_be_another_is_no_observation_and_the_hold_says_so() -> 
     for _ in range(25):
         now += SECOND // 50
         published(service, now, 0.4)
-        observe(service, now, doubt=0.8, aside=0.02)
+        observe(service, now, p_wrong=0.8, aside=0.02)
     assert "probability 0.80" in hold(now)
     np.testing.assert_allclose(service.controller.rope.estimator.nodes, before, atol=1e-3)
-    observe(service, now, doubt=0.01)
+    observe(service, now, p_wrong=0.01)
     assert hold(now) == "waiting for a path"
 
 

@@ -32,7 +32,7 @@ def test_a_rope_is_published_with_its_line_diameter_and_doubt() -> None:
     newest = said([LINE])[-1]
     (rope,) = newest.ropes
     assert (rope.id, rope.diameter) == (1, 0.005)
-    assert 0.0 < rope.doubt < 0.02
+    assert 0.0 < rope.p_wrong < 0.02
     (line,) = rope.lines
     assert line.seen
     np.testing.assert_allclose(line.positions[-3:], POINTS[-1], atol=1e-9)
@@ -44,4 +44,4 @@ def test_a_cell_without_other_ropes_says_so_once_a_second() -> None:
 
 def test_a_short_line_is_doubted_more_than_a_long_one() -> None:
     short = SeenLine(POINTS[:10], 0.005)
-    assert said([short])[-1].ropes[0].doubt > 10.0 * said([LINE])[-1].ropes[0].doubt
+    assert said([short])[-1].ropes[0].p_wrong > 10.0 * said([LINE])[-1].ropes[0].p_wrong

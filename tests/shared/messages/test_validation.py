@@ -56,10 +56,10 @@ FAR_AWAY = Grip(position=[0.0, 1e5, 0.0], orientation=[1.0, 0.0, 0.0, 0.0])
 def beside(
     positions: tuple[float, ...] | list[float] = (0.0,) * 6,
     diameter: float = 0.01,
-    doubt: float = 0.0,
+    p_wrong: float = 0.0,
 ) -> OtherRopes:
     line = RopeLine(positions=positions)
-    return OtherRopes(ropes=[OtherRope(lines=[line], diameter=diameter, doubt=doubt)])
+    return OtherRopes(ropes=[OtherRope(lines=[line], diameter=diameter, p_wrong=p_wrong)])
 
 
 REFERENCES = sorted((FilePath(__file__).parents[2] / "replay").glob("*.mcap"))
@@ -90,12 +90,12 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
     [
         (topics.ROPE_NODES, NodeChain(positions=[0.0, 1.0]), "not 3 a point"),
         (topics.ROPE_NODES, NodeChain(positions=[0.0] * 3), "a rope has 2 to"),
-        (topics.ROPE_NODES, NodeChain(positions=[0.0] * 6, doubt=-0.1), "is no probability"),
-        (topics.ROPE_NODES, NodeChain(doubt=math.nan), "is no probability"),
+        (topics.ROPE_NODES, NodeChain(positions=[0.0] * 6, p_wrong=-0.1), "is no probability"),
+        (topics.ROPE_NODES, NodeChain(p_wrong=math.nan), "is no probability"),
         (topics.ROPE_OTHERS, beside(positions=[0.0] * 3), "positions has 1 nodes"),
         (topics.ROPE_OTHERS, beside(positions=[0.0] * 5 + [1e4]), "beyond ±100 m"),
         (topics.ROPE_OTHERS, beside(diameter=0.0), "diameter = 0 m"),
-        (topics.ROPE_OTHERS, beside(doubt=1.5), "doubt = 1.5 is no probability"),
+        (topics.ROPE_OTHERS, beside(p_wrong=1.5), "p_wrong = 1.5 is no probability"),
         (topics.ROPE_OTHERS, OtherRopes(ropes=33 * [OtherRope()]), "33 other ropes"),
         (topics.ROPE_NODES, NodeChain(positions=[0.0] * 5 + [math.nan]), "or none"),
         (topics.ROPE_NODES, NodeChain(positions=[0.0] * 119 + [math.nan]), "or none"),

@@ -9,7 +9,7 @@ import pytest
 
 from lariat.control.estimation.material_filter import MaterialFilter
 from lariat.control.estimation.rope_observation import RopeObservation
-from lariat.control.estimation.rope_tracker import MAX_DOUBT, MAX_GAP, RopeTracker
+from lariat.control.estimation.rope_tracker import MAX_GAP, MAX_P_WRONG, RopeTracker
 from lariat.control.estimation.state_estimator import StateEstimator
 from lariat.rod import Rod
 from lariat.trajectory import SECOND, MotionState
@@ -39,11 +39,11 @@ def seen_by(tracker: RopeTracker) -> RopeObservation:
 
 def test_lost_doubtful_early_and_other_ropes_are_no_observation(tracker: RopeTracker) -> None:
     seen = seen_by(tracker)
-    doubtful = replace(seen, doubt=2.0 * MAX_DOUBT)
+    doubtful = replace(seen, p_wrong=2.0 * MAX_P_WRONG)
     assert take(tracker, doubtful) is None
-    assert tracker.doubt == doubtful.doubt
+    assert tracker.p_wrong == doubtful.p_wrong
     assert take(tracker, replace(doubtful, nodes=np.zeros((0, 3)))) is None
-    assert tracker.doubt == 0.0
+    assert tracker.p_wrong == 0.0
     assert take(tracker, replace(seen, stamp=SECOND - 1)) is None
     assert take(tracker, replace(seen, nodes=seen.nodes[1:])) is None
     assert tracker.last_seen is None

@@ -19,10 +19,10 @@ REFUSING = replace(ARMS, refused_chunks=9, refusal="joint_limits")
 
 def test_arms_hold_for_the_task_the_arms_and_a_rope_that_is_not_seen(run: Run) -> None:
     def reason(
-        arms: ArmCondition = ARMS, last_seen: int | None = 2 * SECOND, doubt: float = 0.0
+        arms: ArmCondition = ARMS, last_seen: int | None = 2 * SECOND, p_wrong: float = 0.0
     ) -> ReasonCode | None:
         now = 2 * SECOND + 1
-        hold = hold_reason(run.task, now, arms, last_seen, following=False, doubt=doubt)
+        hold = hold_reason(run.task, now, arms, last_seen, following=False, p_wrong=p_wrong)
         return code_of(hold)
 
     assert reason() is None
@@ -30,9 +30,9 @@ def test_arms_hold_for_the_task_the_arms_and_a_rope_that_is_not_seen(run: Run) -
     assert reason(replace(ARMS, reset_count=1)) is ReasonCode.WAITING_FOR_RESET
     assert reason(last_seen=None) is ReasonCode.ROPE_NOT_SEEN
     assert reason(last_seen=SECOND) is ReasonCode.ROPE_NOT_SEEN
-    assert reason(last_seen=SECOND, doubt=0.02) is ReasonCode.ROPE_NOT_SEEN
-    assert reason(last_seen=SECOND, doubt=0.6) is ReasonCode.ROPE_DOUBTFUL
-    assert reason(doubt=0.6) is None
+    assert reason(last_seen=SECOND, p_wrong=0.02) is ReasonCode.ROPE_NOT_SEEN
+    assert reason(last_seen=SECOND, p_wrong=0.6) is ReasonCode.ROPE_DOUBTFUL
+    assert reason(p_wrong=0.6) is None
     run.task.pause()
     assert reason() is ReasonCode.PAUSE_REQUESTED
 

@@ -222,7 +222,7 @@ def test_a_loop_is_estimated_through_its_crossing() -> None:
     frame = taken(nodes)
     estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth, *grips(nodes))
     assert np.max(errors(estimate, nodes)) < 3e-3
-    assert estimate.doubt < 0.1
+    assert estimate.inconsistency < 0.1
 
 
 @pytest.mark.parametrize("nodes", [alpha(), *(fold(d) for d in (0.1, 0.2, 0.4))])

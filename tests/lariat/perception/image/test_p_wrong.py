@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from lariat.perception.image.doubt import (
+from lariat.perception.image.p_wrong import (
     DROPPED_LOG_ODDS,
     SEEN_LOG_ODDS,
     RopeFeatures,

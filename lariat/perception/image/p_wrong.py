@@ -156,6 +156,6 @@ def log_odds(features: RopeFeatures | ImageFeatures) -> float:
     return float(intercept + np.dot(slopes, astuple(features)))
 
 
-def doubt(features: RopeFeatures | ImageFeatures) -> float:
+def p_wrong(features: RopeFeatures | ImageFeatures) -> float:
     """Return the probability that a rope, or the answer about an image, is wrong."""
     return float(1.0 / (1.0 + np.exp(-log_odds(features))))

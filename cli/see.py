@@ -78,7 +78,7 @@ def main(
         out: Image file to write, with the result drawn over the image.
         labels: Image file to write: 0 at the background, k where the k-th rope is seen.
     """
-    from lariat.perception.centerline.estimate import RopeModel
+    from lariat.perception.centerline.estimate import RopeDimensions
     from lariat.perception.centerline.estimator import CenterlineEstimator
     from lariat.perception.centerline.settings import CenterlineSettings
     from lariat.perception.image import detector
@@ -89,7 +89,7 @@ def main(
             raise ConfigurationError(
                 "--depth needs --camera, --length and --diameter: nodes are fitted in metres"
             )
-        measured = _read_depth(depth), camera, RopeModel(length, diameter / 2.0, nodes)
+        measured = _read_depth(depth), camera, RopeDimensions(length, diameter / 2.0, nodes)
     picture = _read_image(image)
     drawn = picture.copy()
     try:

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lariat.geometry import TABLE, Camera, Intrinsics, Pose, looking_at, polylines
-from lariat.perception.centerline.estimate import RopeModel
+from lariat.perception.centerline.estimate import RopeDimensions
 from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.perception.centerline.settings import CenterlineSettings
 from lariat.rod import Rod, RodProperties
@@ -40,7 +40,7 @@ def photograph() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def main() -> Figure:
     color, depth, truth = photograph()
-    rope = RopeModel(length=0.45, radius=0.004, node_count=40)
+    rope = RopeDimensions(length=0.45, radius=0.004, node_count=40)
     estimator = CenterlineEstimator(CAMERA, rope, CenterlineSettings())
     found = estimator.estimate(color, depth, LEFT, RIGHT)
     assert not found.lost, found.lost

@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR, Kind, views_of
 from benchmarks.result_block import figures_table, find_block, show
 from lariat.geometry.poses import Pose
-from lariat.perception.centerline.estimate import CenterlineEstimate, RopeModel, ShapePrior
+from lariat.perception.centerline.estimate import CenterlineEstimate, RopeDimensions, ShapePrior
 from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.perception.centerline.settings import CenterlineSettings
 from lariat.perception.tracking.paper_baseline import paper_nodes
@@ -155,7 +155,9 @@ def measure(
     )
     rod = Rod(believed, truth.node_count)
     weight_over_stiffness = 9.81 * truth.linear_density / believed.bending_stiffness
-    model = RopeModel(truth.length, truth.diameter / 2.0, truth.node_count, weight_over_stiffness)
+    model = RopeDimensions(
+        truth.length, truth.diameter / 2.0, truth.node_count, weight_over_stiffness
+    )
     settings = CenterlineSettings(depth_sigma=sigma)
     noise = SensorNoise(depth_sigma=sigma)
     estimates: list[tuple[CenterlineEstimate, np.ndarray]] = []

@@ -16,7 +16,7 @@ from lariat.perception.centerline.estimate import CenterlineEstimate
 from lariat.perception.markers.marker_obstacles import MarkerObstacles, ObstacleMove
 from lariat.perception.other_ropes.thin_structures import RgbdView
 from lariat.perception.rgbd.line_of_sight import Sight, line_of_sight
-from lariat.perception.tracking.rope_tracker import RopeTracker
+from lariat.perception.tracking.camera_tracker import CameraTracker
 from services.perception.camera_monitor import CameraMonitor
 from services.perception.camera_view import CameraView, Images
 from shared import topics
@@ -50,7 +50,7 @@ class RopeCamera:
     def __init__(
         self,
         name: str,
-        new_tracker: Callable[[Intrinsics], RopeTracker],
+        new_tracker: Callable[[Intrinsics], CameraTracker],
         markers: MarkerObstacles | None,
         grey: bool = False,
     ) -> None:
@@ -69,7 +69,7 @@ class RopeCamera:
         # Cameras publish it last.
         self.wakes = self._depth
         self._view, self._monitor = CameraView(name, grey), CameraMonitor(name)
-        self._tracker: RopeTracker | None = None
+        self._tracker: CameraTracker | None = None
         self._tracked_calibration = 0
         self._newest_color = CompressedImage()
         self._processed: RgbdView | None = None
@@ -156,7 +156,7 @@ class RopeCamera:
     def adopt(
         self, estimate: CenterlineEstimate, left: Pose | None, right: Pose | None, stamp: int
     ) -> None:
-        """Take over the estimate of all cameras; arguments as in `RopeTracker.adopt`."""
+        """Take over the estimate of all cameras; arguments as in `CameraTracker.adopt`."""
         if self._tracker is not None:
             self._tracker.adopt(estimate, left, right, stamp)
 
@@ -171,7 +171,7 @@ class RopeCamera:
         self.fault = reason
         return CameraFault(reason, stamp)
 
-    def _calibrated_tracker(self) -> RopeTracker:
+    def _calibrated_tracker(self) -> CameraTracker:
         """Tracker for the newest calibration; a changed calibration creates a new one."""
         intrinsics = self._view.intrinsics
         assert intrinsics is not None

@@ -10,29 +10,26 @@ from operator import or_
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.poses import Pose
-from lariat.perception.centerline.estimate import MAX_INCONSISTENCY, CenterlineEstimate, RopeModel
-from lariat.perception.centerline.estimator import CenterlineEstimator
-from lariat.perception.centerline.settings import CenterlineSettings
+from lariat.perception.centerline.estimate import (
+    MAX_INCONSISTENCY,
+    CenterlineEstimate,
+)
 from lariat.perception.clock_check import ClockCheck
 from lariat.perception.fusion import fuse
-from lariat.perception.markers.marker_obstacles import MarkerObstacles
 from lariat.perception.other_ropes.other_ropes import SeenLine
 from lariat.perception.other_ropes.search import SearchBeside
 from lariat.perception.rgbd.line_of_sight import Sight
+from lariat.perception.scenario_trackers import (
+    camera_tracker,
+    marker_obstacles,
+    needs_brightness_alone,
+    rope_dimensions,
+)
 from lariat.perception.scene import ObstacleScene, SceneChangeRefused
-from lariat.perception.tracking.centerline_tracker import CenterlineTracker
-from lariat.perception.tracking.extension_tracker import ExtensionTracker
 from lariat.perception.tracking.grip_history import GripHistory
-from lariat.perception.tracking.paper_baseline import PaperTracker, PaperTrackerSettings
-from lariat.perception.tracking.rope_tracker import RopeTracker
 from lariat.reset_counter import ResetCounter
 from lariat.scenario import Scenario
-from lariat.scenario.cameras import CameraSetup
-from lariat.scenario.extensions import extension
-from lariat.scenario.rod_properties import rod_properties
-from lariat.scenario.sections import PERCEPTION_METHODS
 from lariat.trajectory import SECOND
 from services.perception.other_ropes_publisher import OthersPublisher
 from services.perception.rope_camera import RopeCamera
@@ -49,8 +46,6 @@ log = logging.getLogger(__name__)
 
 OTHER_READS = (topics.ARM_STATE, topics.ROPE_TRUTH, topics.SCENE_REQUEST, topics.TASK_STATE)
 """Topics that it reads beside those of the cameras."""
-GRAVITY = 9.81
-"""Gravitational acceleration [m/s^2]."""
 MAX_INCONSISTENT_FRAMES = 8
 """Number of inconsistent frames in a row from which the rope is reported as lost."""
 CONTRADICTED = (
@@ -81,13 +76,7 @@ class PerceptionService:
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
-        self._properties = rod_properties(scenario.rope)
-        self._rope = RopeModel(
-            scenario.rope.length,
-            scenario.rope.diameter / 2.0,
-            scenario.rope.node_count,
-            GRAVITY * scenario.rope.linear_density / self._properties.bending_stiffness,
-        )
+        self._rope = rope_dimensions(scenario)
         # Events do not move obstacles with a marker: their poses are measured.
         events = [e for e in scenario.events if e.move_obstacle not in scenario.marked_obstacles]
         moving = frozenset(motion.name for motion in scenario.obstacle_motions())
@@ -97,9 +86,9 @@ class PerceptionService:
         self._cameras = [
             RopeCamera(
                 setup.name,
-                partial(self._new_tracker, setup),
-                _marker_obstacles(scenario),
-                grey=_by_brightness(scenario),
+                partial(camera_tracker, scenario, setup),
+                marker_obstacles(scenario),
+                grey=needs_brightness_alone(scenario),
             )
             for setup in scenario.camera_setups
         ]
@@ -129,7 +118,7 @@ class PerceptionService:
         """Compile what the tracker needs."""
         if self._scenario.sensing.source == "camera":
             for setup in self._scenario.camera_setups:
-                tracker = self._new_tracker(setup, setup.intrinsics)
+                tracker = camera_tracker(self._scenario, setup)
                 tracker.warm_up(*self._scenario.grips(self._scenario.start))
             self._search.warm_up()
 
@@ -212,27 +201,6 @@ class PerceptionService:
             except SceneChangeRefused as refusal:
                 log.warning("marker of %s: %s", move.name, refusal)
 
-    def _new_tracker(self, setup: CameraSetup, intrinsics: Intrinsics) -> RopeTracker:
-        s, camera = self._scenario.sensing, Camera(intrinsics, setup.T_world_camera)
-        own = extension("sensing.method", s.method, PERCEPTION_METHODS)
-        if own is not None:
-            return ExtensionTracker(own, camera, self._rope)
-        if s.method == "paper":
-            fixed_end = self._scenario.grips(self._scenario.start)[0]
-            settings = PaperTrackerSettings(threshold=s.threshold)
-            return PaperTracker(camera, self._rope, fixed_end, settings)
-        estimator = CenterlineEstimator(
-            camera,
-            self._rope,
-            CenterlineSettings(
-                threshold=s.threshold,
-                rope_color=s.rope_color,
-                depth_sigma=s.depth_noise,
-                depth_quantum=s.depth_quantum,
-            ),
-        )
-        return CenterlineTracker(estimator, self._properties, self._scenario.bodies)
-
     def _rope_nodes(self, estimate: CenterlineEstimate, stamp: int) -> Publication:
         if estimate.lost:
             return self._lost(estimate.lost, stamp)
@@ -295,23 +263,3 @@ class PerceptionService:
 def build(scenario: Scenario, session: str) -> PerceptionService:
     """Create the perception service of a scenario."""
     return PerceptionService(scenario)
-
-
-def _by_brightness(scenario: Scenario) -> bool:
-    """Whether the rope is told by its brightness alone."""
-    s = scenario.sensing
-    own = extension("sensing.method", s.method, PERCEPTION_METHODS) is not None
-    return not own and (s.method == "paper" or s.rope_color is None)
-
-
-def _marker_obstacles(scenario: Scenario) -> MarkerObstacles | None:
-    """Tracker of the scenario's marked obstacles; None when nothing carries a marker."""
-    marked = scenario.marked_obstacles
-    if not marked and scenario.sensing.flange_marker is None:
-        return None
-    bodies = {o.name: o for o in scenario.bodies}
-    return MarkerObstacles(
-        {o.marker: bodies[name] for name, o in marked.items()},
-        {o.marker: o.marker_size for o in marked.values()},
-        scenario.rope.diameter,
-    )

@@ -20,7 +20,7 @@ from benchmarks.result_block import figures_table, find_block, show
 from lariat.control.estimation.rope_tracker import MAX_P_WRONG
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import TABLE
-from lariat.perception.centerline.estimate import CenterlineEstimate, RopeModel
+from lariat.perception.centerline.estimate import CenterlineEstimate, RopeDimensions
 from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.perception.centerline.settings import CenterlineSettings
 from lariat.perception.tracking.centerline_tracker import CenterlineTracker
@@ -166,7 +166,7 @@ def follow(case: Case, seed: int, figures: Figures, faults: DepthFaults | None =
         truth.length, truth.diameter, truth.linear_density, STIFFNESS_ERROR * truth.youngs_modulus
     )
     weight = 9.81 * truth.linear_density / believed.bending_stiffness
-    model = RopeModel(truth.length, truth.diameter / 2.0, truth.node_count, weight)
+    model = RopeDimensions(truth.length, truth.diameter / 2.0, truth.node_count, weight)
     settings = CenterlineSettings(rope_color=ROPE_COLOR if case in COLORFUL else None)
     tracker = CenterlineTracker(CenterlineEstimator(VIEW, model, settings), believed, [TABLE])
     gone, returned, model = False, 0.0, WrongChainModel()

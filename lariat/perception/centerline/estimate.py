@@ -17,7 +17,7 @@ and margin [m]."""
 
 
 @dataclass(frozen=True)
-class RopeModel:
+class RopeDimensions:
     """Properties of the rope that perception needs."""
 
     length: float

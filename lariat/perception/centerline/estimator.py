@@ -23,7 +23,7 @@ from lariat.perception.centerline.estimate import (
     CenterlineEstimate,
     ChainLength,
     OtherLine,
-    RopeModel,
+    RopeDimensions,
     ShapePrior,
 )
 from lariat.perception.centerline.fit_samples import SegmentSamples, node_anchors
@@ -51,7 +51,7 @@ class CenterlineEstimator:
     """Estimates one rope in frames of one camera; keeps no state between frames."""
 
     def __init__(
-        self, camera: Camera, rope: RopeModel, settings: CenterlineSettings | None = None
+        self, camera: Camera, rope: RopeDimensions, settings: CenterlineSettings | None = None
     ) -> None:
         self.camera = camera
         self.rope = rope

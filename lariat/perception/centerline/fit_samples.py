@@ -10,7 +10,7 @@ from jaxtyping import Float64, Int64
 from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
-from lariat.perception.centerline.estimate import OtherLine, RopeModel, ShapePrior
+from lariat.perception.centerline.estimate import OtherLine, RopeDimensions, ShapePrior
 from lariat.perception.centerline.observation import Observation
 from lariat.perception.centerline.ridge import sample_depth
 from lariat.perception.centerline.settings import CenterlineSettings
@@ -39,7 +39,7 @@ class SegmentSamples:
         self,
         observation: Observation,
         camera: Camera,
-        rope: RopeModel,
+        rope: RopeDimensions,
         settings: CenterlineSettings,
     ) -> None:
         self.observation, self._camera = observation, camera
@@ -124,7 +124,7 @@ def node_anchors(
     prior: ShapePrior | None,
     left: Pose | None,
     right: Pose | None,
-    rope: RopeModel,
+    rope: RopeDimensions,
     settings: CenterlineSettings,
 ) -> Float64[np.ndarray, "n 4"]:
     """Return the expected position of each node and its standard deviation, 0 for none [m].

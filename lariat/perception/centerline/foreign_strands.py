@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera
-from lariat.perception.centerline.estimate import CenterlineEstimate, RopeModel, ShapePrior
+from lariat.perception.centerline.estimate import CenterlineEstimate, RopeDimensions, ShapePrior
 from lariat.perception.centerline.observation import Observation
 
 MIN_STRAND_WIDTHS = 2.0
@@ -66,7 +66,7 @@ class StrandsBeside:
 def strands_beside_chain(
     view: Observation,
     camera: Camera,
-    rope: RopeModel,
+    rope: RopeDimensions,
     chain: CenterlineEstimate,
     held: tuple[bool, bool],
     prior: ShapePrior | None,

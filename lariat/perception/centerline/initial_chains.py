@@ -10,7 +10,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.poses import Pose
-from lariat.perception.centerline.estimate import RopeModel, ShapePrior
+from lariat.perception.centerline.estimate import RopeDimensions, ShapePrior
 from lariat.perception.centerline.gap_bridging import hidden_end_length, join_segments
 from lariat.perception.centerline.observation import Observation
 from lariat.perception.centerline.segment_ordering import (
@@ -43,7 +43,7 @@ class InitialChain:
 
 def initial_chains(
     view: Observation,
-    rope: RopeModel,
+    rope: RopeDimensions,
     reach: float,
     left: Pose | None,
     right: Pose | None,
@@ -74,7 +74,7 @@ def initial_chains(
 
 def _from_prior(
     view: Observation,
-    rope: RopeModel,
+    rope: RopeDimensions,
     reach: float,
     prior: ShapePrior,
     left: Pose | None,
@@ -102,7 +102,7 @@ def _from_prior(
 
 
 def _by_points(
-    view: Observation, rope: RopeModel, far_reach: float, prior: ShapePrior
+    view: Observation, rope: RopeDimensions, far_reach: float, prior: ShapePrior
 ) -> tuple[InitialChain, bool]:
     """Chain with single points assigned by a prior, and whether many of a segment are away.
 
@@ -122,7 +122,7 @@ def _by_points(
 
 def _from_order(
     view: Observation,
-    rope: RopeModel,
+    rope: RopeDimensions,
     order: SegmentOrder,
     left: Pose | None,
     right: Pose | None,

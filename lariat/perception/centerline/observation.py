@@ -11,7 +11,7 @@ from jaxtyping import Float32, Float64, UInt8, UInt16
 
 from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera, Picture
-from lariat.perception.centerline.estimate import RopeModel
+from lariat.perception.centerline.estimate import RopeDimensions
 from lariat.perception.centerline.ridge import Ridge, axis_points, extract_ridge
 from lariat.perception.centerline.segmentation import (
     ColorLikeness,
@@ -57,7 +57,7 @@ class Observation:
 class FrameObserver:
     """Finds the segments of one rope in frames of one camera."""
 
-    def __init__(self, camera: Camera, rope: RopeModel, settings: CenterlineSettings) -> None:
+    def __init__(self, camera: Camera, rope: RopeDimensions, settings: CenterlineSettings) -> None:
         self._camera, self._rope, self._settings = camera, rope, settings
         color = settings.rope_color
         self._color_likeness = ColorLikeness(color) if color is not None else None

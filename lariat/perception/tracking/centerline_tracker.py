@@ -156,7 +156,7 @@ class CenterlineTracker:
         right: Pose | None,
         stamp: int,
     ) -> CenterlineEstimate:
-        """Estimate the rope in the next frame; arguments as in `RopeTracker.track`."""
+        """Estimate the rope in the next frame; arguments as in `CameraTracker.track`."""
         prior, bias = self._propagated(left, right, stamp), self._bias.update(depth)
         estimate = self._estimator.estimate(
             color,

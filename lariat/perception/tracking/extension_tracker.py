@@ -7,7 +7,7 @@ from jaxtyping import UInt16
 
 from lariat.geometry.cameras import Camera, Picture
 from lariat.geometry.poses import Pose
-from lariat.perception.centerline.estimate import CenterlineEstimate, RopeModel
+from lariat.perception.centerline.estimate import CenterlineEstimate, RopeDimensions
 from lariat.protocols import PerceptionSetup, RopePerception
 from lariat.scenario.extensions import Extension, ExtensionFault
 from lariat.trajectory import NANOSECONDS
@@ -19,7 +19,7 @@ MIN_SIGMA = 1e-5
 class ExtensionTracker:
     """Tracker of a rope by a `lariat.protocols.RopePerception`."""
 
-    def __init__(self, extension: Extension, camera: Camera, rope: RopeModel) -> None:
+    def __init__(self, extension: Extension, camera: Camera, rope: RopeDimensions) -> None:
         """Create the tracker of one camera.
 
         Args:
@@ -60,7 +60,7 @@ class ExtensionTracker:
         right: Pose | None,
         stamp: int,
     ) -> CenterlineEstimate:
-        """Estimate the rope in a frame; arguments as in `RopeTracker.track`."""
+        """Estimate the rope in a frame; arguments as in `CameraTracker.track`."""
         if self._fault:
             return CenterlineEstimate.failed(self._fault)
         try:

@@ -17,7 +17,7 @@ from skimage.morphology import skeletonize
 
 from lariat.geometry.cameras import Camera, Picture
 from lariat.geometry.poses import Pose
-from lariat.perception.centerline.estimate import CenterlineEstimate, RopeModel
+from lariat.perception.centerline.estimate import CenterlineEstimate, RopeDimensions
 from lariat.perception.centerline.segmentation import brightness, segment_rope
 
 MAX_NEIGHBOUR_DISTANCE = 20.0
@@ -44,7 +44,7 @@ class PaperTracker:
     def __init__(
         self,
         camera: Camera,
-        rope: RopeModel,
+        rope: RopeDimensions,
         fixed_end: Pose,
         settings: PaperTrackerSettings | None = None,
     ) -> None:
@@ -78,7 +78,7 @@ class PaperTracker:
         right: Pose | None,
         stamp: int,
     ) -> CenterlineEstimate:
-        """Estimate the rope in a frame; arguments as in `RopeTracker.track`.
+        """Estimate the rope in a frame; arguments as in `CameraTracker.track`.
 
         The skeleton never reaches the tip of the rope, so the last nodes are extrapolated straight.
         """

@@ -11,7 +11,7 @@ from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
-from lariat.perception.centerline.estimate import RopeModel
+from lariat.perception.centerline.estimate import RopeDimensions
 from lariat.simulation.camera.rgbd_camera import Frame, RgbdCamera
 from lariat.simulation.camera.sensor_noise import SensorNoise
 
@@ -19,10 +19,10 @@ CAMERA = Camera(
     Intrinsics.symmetric(640, 480, math.radians(65.0)),
     looking_at((0.0, -0.05, 1.0), (0.0, 0.0, 0.2)),
 )
-ROPE = RopeModel(length=0.45, radius=0.004, node_count=30)
+ROPE = RopeDimensions(length=0.45, radius=0.004, node_count=30)
 
 
-def curve(seed: int, rope: RopeModel = ROPE, bend: float = 1.0) -> Float64[np.ndarray, "n 3"]:
+def curve(seed: int, rope: RopeDimensions = ROPE, bend: float = 1.0) -> Float64[np.ndarray, "n 3"]:
     """Nodes of a smooth curve with the rope's length, from three random harmonics of its angles."""
     random = np.random.default_rng(seed)
     s = np.linspace(0.0, 1.0, 2000)
@@ -53,7 +53,7 @@ def taken(
     nodes: Float64[np.ndarray, "n 3"],
     bodies: tuple[Obstacle, ...] = (),
     camera: Camera = CAMERA,
-    rope: RopeModel = ROPE,
+    rope: RopeDimensions = ROPE,
     noise: SensorNoise | None = None,
     frame: int = 0,
 ) -> Frame:

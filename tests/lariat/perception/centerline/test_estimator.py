@@ -9,7 +9,7 @@ import pytest
 from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import TABLE
-from lariat.perception.centerline.estimate import CenterlineEstimate, RopeModel, ShapePrior
+from lariat.perception.centerline.estimate import CenterlineEstimate, RopeDimensions, ShapePrior
 from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.perception.centerline.occlusion import occlusion_uncertainty
 from lariat.perception.centerline.settings import CenterlineSettings
@@ -17,7 +17,7 @@ from lariat.simulation.camera.rgbd_camera import RgbdCamera
 from lariat.simulation.camera.sensor_noise import SensorNoise
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, screen, taken
 
-CABLE = RopeModel(length=0.55, radius=0.0025, node_count=40)
+CABLE = RopeDimensions(length=0.55, radius=0.0025, node_count=40)
 
 
 def errors(estimate: CenterlineEstimate, nodes: np.ndarray) -> np.ndarray:
@@ -26,7 +26,7 @@ def errors(estimate: CenterlineEstimate, nodes: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("rope", [ROPE, CABLE], ids=["rope", "cable"])
-def test_mean_node_error_is_below_half_a_millimetre(rope: RopeModel) -> None:
+def test_mean_node_error_is_below_half_a_millimetre(rope: RopeDimensions) -> None:
     estimator = CenterlineEstimator(CAMERA, rope)
     found = []
     for seed in range(8):

@@ -12,7 +12,7 @@ from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from lariat.perception.centerline.estimate import RopeModel, ShapePrior
+from lariat.perception.centerline.estimate import RopeDimensions, ShapePrior
 from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.rod import Rod, RodProperties
 from lariat.simulation.camera.rgbd_camera import RgbdCamera
@@ -62,7 +62,7 @@ def test_nodes_of_an_ambiguous_view_have_a_large_sigma(
         truth.length, truth.diameter, truth.linear_density, STIFFNESS_ERROR * truth.youngs_modulus
     )
     weight_over_stiffness = 9.81 * truth.linear_density / believed.bending_stiffness
-    rope = RopeModel(truth.length, radius, truth.node_count, weight_over_stiffness)
+    rope = RopeDimensions(truth.length, radius, truth.node_count, weight_over_stiffness)
 
     def at_rest() -> ShapePrior:
         rest = Rod(believed, truth.node_count).rest(left, right)

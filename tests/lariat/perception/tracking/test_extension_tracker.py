@@ -10,7 +10,7 @@ import pytest
 
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.poses import Pose
-from lariat.perception.centerline.estimate import RopeModel
+from lariat.perception.centerline.estimate import RopeDimensions
 from lariat.perception.tracking.extension_tracker import ExtensionTracker
 from lariat.scenario.extensions import Extension
 from lariat.scenario.sections import PERCEPTION_METHODS
@@ -19,7 +19,7 @@ from tests.own_method_examples import write_examples
 CAMERA = Camera(
     Intrinsics.symmetric(640, 480, math.radians(65.0)), looking_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
 )
-ROPE = RopeModel(0.4, 0.004, 21)
+ROPE = RopeDimensions(0.4, 0.004, 21)
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
 LEFT, RIGHT = (Pose(np.array([x, 0.0, 0.2]), LEVEL) for x in (-0.2, 0.2))
 FAULTY = """

@@ -12,7 +12,7 @@ from lariat.geometry.poses import Pose
 from lariat.perception.centerline.estimate import CenterlineEstimate
 
 
-class RopeTracker(Protocol):
+class CameraTracker(Protocol):
     """Follows one rope through the frames of one camera."""
 
     camera: Camera

@@ -1,8 +1,8 @@
 """Perception of ropes: node chains from RGB-D frames, ropes in pictures, obstacles by markers.
 
-`CenterlineEstimator` finds a held rope in one RGB-D frame, `CenterlineTracker` follows it from frame
-to frame; `camera_tracker` makes either from a scenario. `lariat.perception.image.detector` finds all
-ropes in a picture without depth. Needs the extra `perception`.
+`CenterlineEstimator` finds a held rope in one RGB-D frame, `CenterlineTracker` follows it through
+many; `camera_tracker` makes one from a scenario. `lariat.perception.image.detector` finds all ropes
+in a picture without depth. Needs the extra `perception`.
 """
 
 from __future__ import annotations

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.arms.description import CR5_URDF
 from lariat.protocols import ArmFacts, ArmReading, ArmSetup
 
-URDF = Path(__file__).parents[2] / "shared" / "cr5" / "cr5.urdf"
+URDF = CR5_URDF
 """Description of your arm; here that of a Dobot CR5."""
 TIME_CONSTANT = 0.05
 """Time constant with which the joints follow [s]."""

@@ -117,6 +117,24 @@ def figures_table(rows: Sequence[Mapping[str, object]], caption: str) -> Table:
     return table
 
 
+def numbers_table(title: str, rows: Sequence[Mapping[str, object]], caption: str) -> Table:
+    """Return a table of rows that may lack columns; floats have four digits.
+
+    Args:
+        title: Title of the table.
+        rows: Figures by name.
+        caption: Conditions.
+    """
+    table = Table(title=title, caption=caption)
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    for column in columns:
+        table.add_column(column.replace("_", " "), justify="right")
+    for row in rows:
+        values = (row.get(column, "") for column in columns)
+        table.add_row(*(f"{v:.4g}" if isinstance(v, float) else str(v) for v in values))
+    return table
+
+
 def markdown(table: Table) -> str:
     """Return a table in Markdown: title, columns, rows, caption.
 

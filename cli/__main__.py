@@ -142,20 +142,22 @@ def _report(error: Exception) -> int:
 
 def _bench(arguments: Sequence[str]) -> int:
     try:
-        from benchmarks.benches import BENCHES
+        from benchmarks.benches import BENCHES, find
     except ModuleNotFoundError:
         return _refuse("this installation has no benchmarks; use a clone of the repository")
     if not arguments or arguments[0] in ("-h", "--help"):
-        benches = "\n".join(f"  {name:12}{bench.summary}" for name, bench in BENCHES.items())
+        benches = "\n".join(f"  {name:22}{bench.summary}" for name, bench in BENCHES.items())
         print(
-            "usage: lariat bench NAME [OPTIONS]\n\n"
+            "usage: lariat bench NAME [PART] [OPTIONS]\n\n"
             f"{benches}\n\n`lariat bench NAME --help` explains one."
         )
         return SUCCESS if arguments else BAD_INPUT
-    name, *rest = arguments
-    if name not in BENCHES:
-        way_out = did_you_mean(name, BENCHES) or f" choose one of {', '.join(BENCHES)}"
-        return _refuse(f"unknown benchmark {name!r};{way_out}")
+    try:
+        name, rest = find(list(arguments))
+    except KeyError:
+        words = " ".join(arguments[:2])
+        hint = did_you_mean(words, BENCHES) or f" choose one of {', '.join(BENCHES)}"
+        return _refuse(f"unknown benchmark {words!r};{hint}")
     return _call(f"{BENCHES[name].module}:run", f"lariat bench {name}", rest)
 
 

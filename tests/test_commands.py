@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 import tyro
 
-from benchmarks.benches import BENCHES
+from benchmarks.benches import BENCHES, find
 from cli.__main__ import VERBS, _verb_first
 
 ROOT = Path(__file__).parents[1]
@@ -71,9 +71,10 @@ def problem(command: str) -> str:
     if verb == "bench":
         if not rest or PLACEHOLDER.fullmatch(rest[0]) or rest[0] == "--help":
             return ""
-        name, *rest = rest
-        if name not in BENCHES:
-            return f"no benchmark {name}"
+        try:
+            name, rest = find(rest)
+        except KeyError:
+            return f"no benchmark {' '.join(rest[:2])}"
         target = f"{BENCHES[name].module}:run"
     files = [w for w in rest if REPOSITORY_PATH.fullmatch(w) and not PLACEHOLDER.fullmatch(w)]
     if missing := [word for word in files if not (ROOT / word).exists()]:

@@ -3,7 +3,7 @@
 A table with figures stands in a block that its bench writes (`benchmarks.result_block`), or below
 one of two marks:
 
-    <!-- measured 22 November 2026: lariat bench arms --count 24 -->
+    <!-- measured 22 November 2026: lariat bench goals --count 24 -->
     <!-- without a command: the data set is not part of the repository -->
 """
 

@@ -33,7 +33,7 @@ def test_site_builds_without_a_warning(tmp_path: Path):
         assert len(words_of_article(text)) > 100, path
     commands = (tmp_path / "reference" / "commands.html").read_text()
     assert all(f'id="lariat-{verb}"' in commands for verb in VERBS)
-    assert all(f'id="lariat-bench-{name}"' in commands for name in BENCHES)
+    assert all(f'id="lariat-bench-{name.replace(" ", "-")}"' in commands for name in BENCHES)
 
 
 def words_of_article(page: str) -> list[str]:

@@ -21,10 +21,11 @@ from benchmarks.faults.observed_cell import LINK_TIMEOUT
 from benchmarks.faults.processes import OTHER_SIDE, CellProcesses, DeadlineMissed
 from lariat.configuration import ConfigurationError
 from lariat.scenario import load
+from lariat.scenario.shipped import find
 from shared.messages import ArmStates
 from stack.client import RequestFailed
 
-DEFAULT_SCENARIO = Path(__file__).parents[2] / "scenarios" / "fixed-end.toml"
+DEFAULT_SCENARIO = find("fixed-end")
 """Scenario with one arm, a CR5 at its right end."""
 
 

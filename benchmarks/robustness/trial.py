@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.horizon.errors import MAX_NOISE_RATIO
+from benchmarks.paper.horizon.errors import MAX_NOISE_RATIO
 from benchmarks.robustness.combinations import Combination
 from benchmarks.robustness.observability import bounds
 from benchmarks.robustness.scene import build_scene

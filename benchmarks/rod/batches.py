@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float64
 from mujoco.batch import Batch
 
-from benchmarks.rod.front.motion import ACTION_DURATION, PROPERTIES, rest_state
-from benchmarks.rod.front.mujoco_ropes import ROPES, MujocoRun, RopeMaker
+from benchmarks.compare.motion import ACTION_DURATION, PROPERTIES, rest_state
+from benchmarks.compare.mujoco_ropes import ROPES, MujocoRun, RopeMaker
 from lariat.rod import Rod, RodState, RolloutSpec
 
 ROD_COUNT, NODE_COUNT, STEP_COUNT = 64, 40, 5

@@ -153,7 +153,7 @@ def _commands() -> str:
             parts.append(f"## `lariat {verb}`\n\n{_sentence(summary)}\n\n```\n{_help(verb)}```\n")
     parts.append("## `lariat bench`\n\nRun a benchmark and print its table.\n")
     for name, bench in BENCHES.items():
-        text = _help("bench", name)
+        text = _help("bench", *name.split())
         parts.append(f"### `lariat bench {name}`\n\n{_sentence(bench.summary)}\n\n```\n{text}```\n")
     return "\n".join(parts)
 

@@ -10,7 +10,7 @@ import pytest
 import tyro
 from rich.table import Table
 
-from benchmarks.benches import BENCHES
+from benchmarks.benches import BENCHES, find
 from benchmarks.result_block import BLOCK, find_block, markdown
 from lariat.configuration import ConfigurationError
 
@@ -76,7 +76,7 @@ def test_pages_have_blocks():
 def test_the_block_of_a_page_names_a_command_and_holds_its_tables(
     page: Path, words: str, content: str
 ):
-    _, name, *options = shlex.split(words)
+    name, options = find(shlex.split(words)[1:])
     bench = importlib.import_module(BENCHES[name].module)
     # Parses the words as the command line does; nothing runs.
     tyro.cli(_signature_of(bench.run), args=[*options, "--docs", str(page.parent)])

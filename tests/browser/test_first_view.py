@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from benchmarks.first_view import find_browser, first_view
+from benchmarks.speed.first_view import find_browser, first_view
 from tests.browser.cell import started_cell
 from tests.browser.chromium import NO_CHROMIUM
 

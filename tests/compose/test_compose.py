@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.compose import ComposeProject
+from benchmarks.faults.compose import ComposeProject
 from shared import topics
 from shared.messages import RunState
 from shared.recording import Recording

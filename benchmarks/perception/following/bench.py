@@ -109,8 +109,8 @@ def run(
     is; nothing is adapted.
 
     Examples:
-      lariat bench following --only crossing hand
-      lariat bench following --only alone --real-sensor
+      lariat bench perception following --only crossing hand
+      lariat bench perception following --only alone --real-sensor
 
     Args:
         sequences: Number of sequences of each case.

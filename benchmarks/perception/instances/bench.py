@@ -1,4 +1,4 @@
-"""Ropes as instances in single pictures: `lariat bench instances`.
+"""Ropes as instances in single pictures: `lariat bench perception instances`.
 
 Rendered pictures of the held-out generator, or a folder of labelled photographs, are given to the
 detector of `lariat see`. What it finds is compared with the labels, and its doubt with the share
@@ -88,9 +88,9 @@ def run(
     bits, 0 at the background, k at cable k, from 1 without gaps.
 
     Examples:
-      lariat bench instances --only plain 3 --pictures 100
-      lariat bench instances --photographs ~/cables
-      lariat bench instances --fit 160
+      lariat bench perception instances --only plain 3 --pictures 100
+      lariat bench perception instances --photographs ~/cables
+      lariat bench perception instances --fit 160
 
     Args:
         pictures: Number of rendered pictures for each row.

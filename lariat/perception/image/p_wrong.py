@@ -2,10 +2,9 @@
 
 Logistic models of what is known without the truth: how sharply ropes bend from one fragment to the
 next, how much worse the next pairing is, how even the width is, how distinct both sides are, and
-whether the network sees the same. The coefficients are fitted by `lariat bench instances --fit` on
-rendered pictures that nothing else was tuned on, and checked on those of another generator
-(docs/results/perception.md).
-"""
+whether the network sees the same. The coefficients are fitted by `lariat bench perception instances
+--fit` on rendered pictures that nothing else was tuned on, and checked on those of another
+generator (docs/results/perception.md)."""
 
 from __future__ import annotations
 

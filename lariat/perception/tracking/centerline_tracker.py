@@ -49,7 +49,7 @@ KNOWN_POINT_DISTANCE = 0.003
 """Distance of the points of another rope where it is expected [m]."""
 SIGMA_SCALE = 1.12
 """Factor on the standard deviations of a single frame [-]: neighbouring pixels and frames err
-together; measured by `lariat bench following --sequences 3 --seed 300`."""
+together; measured by `lariat bench perception following --sequences 3 --seed 300`."""
 LENGTH_BIAS = 0.004
 """Deviation of the measured length up to which the given one may be right, as a share [-]: depth
 noise, the width of the rope and its curvature between nodes lengthen a chain."""

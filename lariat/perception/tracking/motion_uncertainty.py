@@ -15,7 +15,7 @@ from lariat.geometry.poses import Pose
 
 SHIFT_TIME = 1e-3
 """Standard deviation of a node along the rope for each speed of the grips [s]; measured by
-`lariat bench following`, seeds 100 to 102."""
+`lariat bench perception following`, seeds 100 to 102."""
 DECAY_TIME = 0.5
 """Time in which an earlier speed counts e times less, since the rope swings on [s]."""
 HELD_COUNT = 2

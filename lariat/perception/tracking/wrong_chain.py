@@ -2,9 +2,8 @@
 
 An inconsistency tells how badly chain and image agree, not how often such a chain is wrong. A
 logistic model of the inconsistency in this image, and of the largest one in the images before,
-does. Its coefficients are fitted by `lariat bench following --fit` to sequences that nothing else
-was tuned on.
-"""
+does. Its coefficients are fitted by `lariat bench perception following --fit` to sequences that
+nothing else was tuned on."""
 
 from __future__ import annotations
 

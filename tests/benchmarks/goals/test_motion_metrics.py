@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -25,7 +24,7 @@ from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import ArmStates
 
-BASE = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
+BASE = load("three-cylinders")
 KINDS: list[Kind] = ["hard", "boxes", "moving", "new-goal", "rotating"]
 
 

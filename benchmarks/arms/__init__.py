@@ -1,1 +1,0 @@
-"""Scenes in which arms may hit obstacles and each other: `lariat bench arms`."""

@@ -1,0 +1,101 @@
+"""Contenders: MuJoCo's ropes, of one flex and of links, as the simulated lab builds them.
+
+Both are stepped by the integrator `discrete`, which is implicit in position. `implicit` and
+`implicitfast` are so in velocity alone: they refuse the elasticity of a flex, and the links are
+unstable with them in steps down to 0.1 ms. MuJoCo 4 removed its plugin `cable` for the flex.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import mujoco
+import numpy as np
+
+from benchmarks.compare.motion import (
+    ACTION_DURATION,
+    LEFT_GRIP,
+    PROPERTIES,
+    RIGHT_GRIP,
+    Contender,
+    DampedSimulation,
+    Moves,
+    NodePath,
+    grip_path,
+    rest_state,
+    then_still,
+)
+from lariat.geometry.obstacles import Obstacle
+from lariat.simulation.plants.flex_rope import FlexRope
+from lariat.simulation.plants.linked_rope import LinkedRope
+from lariat.simulation.plants.mujoco_rope import MujocoRope
+
+RopeMaker = Callable[[MujocoRope], FlexRope | LinkedRope]
+"""Class of a rope of MuJoCo."""
+ROPES: dict[str, RopeMaker] = {"MuJoCo flex": FlexRope, "MuJoCo links": LinkedRope}
+"""Ropes by the name of the solver."""
+STEPS = (0.01, 0.005, 0.002, 0.001, 0.0005)
+"""Time steps [s]."""
+
+
+def contenders(node_counts: tuple[int, ...] = (20, 40, 80)) -> Iterator[Contender]:
+    """Yield both ropes."""
+    for name in ROPES:
+        for n in node_counts:
+            for step in STEPS[: 5 if n <= 40 else 3]:
+                yield rope(name, n, step)
+
+
+def rope(name: str, n: int, step: float, obstacles: Sequence[Obstacle] = ()) -> Contender:
+    """Return a rope with one setting."""
+    return Contender(
+        name,
+        n,
+        f"{1e3 * step:g} ms",
+        lambda moves: MujocoRun(ROPES[name], n, step, moves, obstacles),
+    )
+
+
+class MujocoRun(DampedSimulation):
+    """Run of a rope of MuJoCo."""
+
+    def __init__(
+        self,
+        make: RopeMaker,
+        n: int,
+        step: float,
+        moves: Moves,
+        obstacles: Sequence[Obstacle] = (),
+    ) -> None:
+        super().__init__(moves)
+        p = PROPERTIES
+        self.rope = make(MujocoRope(p.length, p.diameter, n, p.linear_density, p.youngs_modulus))
+        self.model = mujoco.MjModel.from_xml_string(self.rope.mjcf(obstacles))
+        self.model.opt.timestep = step
+        self.rope.configure(self.model)
+        self.state = mujoco.MjData(self.model)
+        for end, pose in enumerate((LEFT_GRIP, RIGHT_GRIP)):
+            self.state.mocap_pos[end], self.state.mocap_quat[end] = pose.position, pose.orientation
+        self.rope.place(self.state, rest_state(n).positions, (LEFT_GRIP, RIGHT_GRIP))
+        mujoco.mj_forward(self.model, self.state)
+        self._grips = grip_path(then_still(moves), step)
+        self._count, self._done = round(ACTION_DURATION / step), 0
+        self._nodes = n
+
+    def _advance(self, count: int, damping: float) -> NodePath:
+        model, state = self.model, self.state
+        momentum = np.zeros(model.nv)
+        path = np.empty((count, self._nodes, 3))
+        positions, orientations = self._grips
+        for k in range(count):
+            for _ in range(self._count):
+                state.mocap_pos[:] = positions[self._done]
+                state.mocap_quat[:] = orientations[self._done]
+                self._done += 1
+                mujoco.mj_mulM(model, state, momentum, state.qvel)
+                np.multiply(momentum, -damping, out=state.qfrc_applied)
+                mujoco.mj_step(model, state)
+            mujoco.mj_kinematics(model, state)
+            mujoco.mj_flex(model, state)
+            path[k] = self.rope.nodes(state)
+        return path

@@ -1,0 +1,315 @@
+"""Scenarios in containers, brought up, run to their goal, brought down: `lariat bench faults
+compose`.
+
+It needs a container engine, builds the images, and leaves nothing behind but them.
+"""
+
+from __future__ import annotations
+
+import json as encoder
+import os
+import subprocess
+import time
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from lariat.configuration import ConfigurationError
+from lariat.scenario.shipped import shipped_names
+
+ROOT = Path(__file__).parents[1]
+"""Folder of the clone, with its compose file."""
+COMMAND_TIMEOUT = 120.0
+"""Longest duration of a verb in its container [s]."""
+BUILD_TIMEOUT = 3600.0
+"""Longest duration of the build of all images [s]."""
+HEALTHY_TIMEOUT = 300.0
+"""Longest wait for all containers to be healthy [s]."""
+START_TIMEOUT = 60.0
+"""Longest wait for the arms to be ready for a run [s]."""
+RUN_TIMEOUT = 120.0
+"""Longest wait for the goal [s]."""
+RESTART_TIMEOUT = 90.0
+"""Longest wait for a frozen process to be replaced [s]."""
+POLL_PERIOD = 2.0
+"""Time between two looks at a run [s]."""
+OPERATOR_VERB = 'exec nice -n 19 lariat "$@" --mode client --connect tls/router:7447'
+"""Command of the shell that runs one verb in the operator's container, beside the credentials."""
+NICENESS = 19
+"""Niceness of the engine's command line: the containers of a cell may together weigh as much as
+one process of it."""
+
+
+@dataclass(frozen=True)
+class ComposeTrial:
+    """One scenario in containers."""
+
+    scenario: str
+    """Name of the scenario."""
+    healthy_s: float | None = None
+    """Time from `up` until every container was healthy; None if that never came."""
+    reached: bool = False
+    """Whether the goal was reached."""
+    replaced_s: float | None = None
+    """Time until a frozen controller was replaced and the arms held; None if it was not tried."""
+    left_behind: list[str] = field(default_factory=list)
+    """Containers, networks and volumes that `down --volumes` left."""
+    problem: str = ""
+    """What went wrong, in words."""
+
+
+class ComposeProject:
+    """Project of `docker compose`: its own containers, networks and volumes."""
+
+    def __init__(self, name: str, files: tuple[Path, ...], scenario: str, port: int) -> None:
+        """Args: name: Name of the project. files: Compose files. scenario: Name of the scenario.
+        port: Port of the dashboard on this machine."""
+        self.name = name
+        self._command = ["nice", "-n", str(NICENESS), "docker", "compose", "-p", name]
+        for file in files:
+            self._command += ["-f", str(file)]
+        self._environment = {**os.environ, "SCENARIO": scenario, "DASHBOARD_PORT": str(port)}
+        self._operator = f"{name}-operator"
+        """Name of a container that stays, in which verbs run: to start one takes from the cell."""
+
+    def __call__(
+        self, *arguments: str, timeout: float = COMMAND_TIMEOUT
+    ) -> subprocess.CompletedProcess[str]:
+        """Run one command of `docker compose`."""
+        return subprocess.run(
+            [*self._command, *arguments],
+            cwd=ROOT,
+            env=self._environment,
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+        )
+
+    def say(self, *verb: str) -> subprocess.CompletedProcess[str]:
+        """Run one verb of `lariat` in the operator's container."""
+        shell = ["sh", "-c", f"{OPERATOR_VERB} --settings /credentials/bus.json", "lariat", *verb]
+        return subprocess.run(
+            ["docker", "exec", self._operator, *shell],
+            capture_output=True,
+            text=True,
+            timeout=COMMAND_TIMEOUT,
+        )
+
+    def status(self) -> dict[str, Any]:
+        """Return the answer of `lariat status --json`; empty where there is none."""
+        answer = self.say("status", "--json").stdout
+        return encoder.loads(answer) if answer else {}
+
+    def up(self) -> float:
+        """Start all containers and return the time until they are healthy [s].
+
+        Raises:
+            TimeoutError: They do not become healthy in time.
+        """
+        began = time.monotonic()
+        limit = str(round(HEALTHY_TIMEOUT))
+        done = self(
+            "up", "--detach", "--wait", "--wait-timeout", limit, timeout=2 * HEALTHY_TIMEOUT
+        )
+        if done.returncode:
+            log = self("logs", "--tail", "20").stdout[-4000:]
+            raise TimeoutError(f"not healthy: {done.stderr[-1000:]}\n{log}")
+        healthy = time.monotonic() - began
+        options = ("--detach", "--name", self._operator, "--entrypoint", "sleep")
+        self("run", *options, "cli", "infinity")
+        return healthy
+
+    def start_run(self) -> None:
+        """Arm the cell and start its run; acknowledge the holds of an overloaded machine.
+
+        Raises:
+            TimeoutError: The run is refused for too long.
+        """
+        deadline = time.monotonic() + START_TIMEOUT
+        self.say("arm")
+        # An arm takes some time to be enabled; until then a start is refused.
+        while (started := self.say("start")).returncode:
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"not started: {started.stderr}")
+            self._go_on(self.status())
+            time.sleep(POLL_PERIOD)
+
+    def await_goal(self) -> None:
+        """Wait until the goal is reached; acknowledge the holds of an overloaded machine.
+
+        Raises:
+            TimeoutError: It is not reached in time.
+        """
+        deadline = time.monotonic() + RUN_TIMEOUT
+        while True:
+            status = self.status()
+            if (status.get("task") or {}).get("state") == "reached":
+                return
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"not reached: {status}")
+            self._go_on(status)
+            time.sleep(POLL_PERIOD)
+
+    def _go_on(self, status: dict[str, Any]) -> None:
+        """Acknowledge a stop and resume, if the arms wait for it."""
+        arms = status.get("arms") or {}
+        if arms.get("needs_acknowledgement"):
+            self.say("ack")
+        if arms.get("needs_acknowledgement") or arms.get("needs_resume"):
+            self.say("resume")
+
+    def freeze(self, service: str) -> float:
+        """Stop a process without ending it; return the time until another one is healthy [s].
+
+        Raises:
+            TimeoutError: It is not replaced in time.
+        """
+        before = self("ps", "--quiet", service).stdout.strip()
+        started = _inspect(before, "{{.State.StartedAt}}")
+        subprocess.run(["docker", "exec", before, "sh", "-c", "kill -s STOP -- -1"], check=False)
+        began = time.monotonic()
+        while time.monotonic() < began + RESTART_TIMEOUT:
+            state = _inspect(before, "{{.State.StartedAt}} {{.State.Health.Status}}").split()
+            if state and state[0] != started and state[-1] == "healthy":
+                return time.monotonic() - began
+            time.sleep(0.5)
+        raise TimeoutError(f"the frozen {service} was not replaced within {RESTART_TIMEOUT:.0f} s")
+
+    def down(self) -> list[str]:
+        """Remove the project, and return what is left of it."""
+        subprocess.run(
+            ["docker", "rm", "--force", self._operator], capture_output=True, check=False
+        )
+        self("--profile", "cli", "down", "--volumes", "--remove-orphans", "--timeout", "3")
+        label = f"label=com.docker.compose.project={self.name}"
+        left = []
+        for kind, arguments in (
+            ("container", ["ps", "--all", "--format", "{{.Names}}"]),
+            ("network", ["network", "ls", "--format", "{{.Name}}"]),
+            ("volume", ["volume", "ls", "--format", "{{.Name}}"]),
+        ):
+            listed = subprocess.run(
+                ["docker", *arguments, "--filter", label], capture_output=True, text=True
+            )
+            left += [f"{kind} {name}" for name in listed.stdout.split()]
+        return left
+
+
+def run(
+    scenario: tuple[str, ...] = (),
+    file: tuple[Path, ...] = (Path("docker-compose.yml"),),
+    results: Path = Path("compose-trials.jsonl"),
+    freeze: bool = True,
+    build: bool = True,
+    port: int = 18080,
+    json: bool = False,
+) -> int:
+    """Bring up scenarios in containers, run them to their goal, and bring them down.
+
+    A finished trial is kept in a file and not repeated: call again to go on after an interruption.
+
+    Examples:
+      lariat bench faults compose
+      lariat bench faults compose --scenario fixed-end two-arms --results /tmp/trials.jsonl
+
+    Args:
+        scenario: Names of shipped scenarios; by default all of them.
+        file: Compose files.
+        results: File of the finished trials, one JSON object a line.
+        freeze: Whether a controller is frozen after the run; it must be replaced, and the arms must
+            hold.
+        build: Whether images are built first.
+        port: Port of the dashboard on this machine.
+        json: Print one JSON object instead of a table.
+
+    Returns:
+        0 if every scenario came up, reached its goal and left nothing, else 1.
+    """
+    chosen = scenario or shipped_names()
+    known = _read(results)
+    console = Console(stderr=True, highlight=False)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, redirect_stdout=False) as progress:
+        bar = progress.add_task("Building images", total=len(chosen))
+        if build and not set(chosen) <= known.keys():
+            project = ComposeProject("lariat-bench", file, chosen[0], port)
+            built = project("--profile", "cli", "build", timeout=BUILD_TIMEOUT)
+            if built.returncode:
+                raise ConfigurationError(f"docker compose build fails: {built.stderr[-2000:]}")
+        for name in chosen:
+            progress.update(bar, description=name)
+            if name not in known:
+                known[name] = trial(ComposeProject("lariat-bench", file, name, port), name, freeze)
+                with results.open("a", encoding="utf-8") as log:
+                    log.write(encoder.dumps(asdict(known[name])) + "\n")
+            progress.advance(bar)
+    trials = [known[name] for name in chosen]
+    if json:
+        print(encoder.dumps({"trials": [asdict(t) for t in trials]}))
+    else:
+        _print(trials)
+    return 0 if all(t.reached and not t.left_behind and not t.problem for t in trials) else 1
+
+
+def trial(project: ComposeProject, scenario: str, freeze: bool) -> ComposeTrial:
+    """Bring a scenario up, run it and bring it down.
+
+    Args:
+        project: Project of the scenario.
+        scenario: Name of the scenario.
+        freeze: Whether the controller is frozen after the run.
+    """
+    healthy, reached, replaced, problem = None, False, None, ""
+    try:
+        healthy = round(project.up(), 1)
+        project.start_run()
+        project.await_goal()
+        reached = True
+        if freeze:
+            replaced = round(project.freeze("controller"), 1)
+            arms = project.status().get("arms") or {}
+            if arms.get("mode") not in ("holding", "armed"):
+                problem = f"the arms do not hold after the controller was replaced: {arms}"
+    except (TimeoutError, subprocess.TimeoutExpired, ValueError) as error:
+        problem = str(error)
+    left = project.down()
+    return ComposeTrial(scenario, healthy, reached, replaced, left, problem)
+
+
+def _inspect(container: str, template: str) -> str:
+    answer = subprocess.run(
+        ["docker", "inspect", "--format", template, container], capture_output=True, text=True
+    )
+    return answer.stdout.strip()
+
+
+def _read(results: Path) -> dict[str, ComposeTrial]:
+    if not results.exists():
+        return {}
+    rows = [encoder.loads(line) for line in results.read_text(encoding="utf-8").splitlines()]
+    return {row["scenario"]: ComposeTrial(**row) for row in rows}
+
+
+def _print(trials: list[ComposeTrial]) -> None:
+    table = Table(
+        caption="healthy: from `docker compose up`, images built; replaced: frozen process"
+    )
+    for column in ("scenario", "healthy s", "goal reached", "replaced s", "left behind", "problem"):
+        table.add_column(column)
+    for t in trials:
+        numbers = ["-" if v is None else f"{v:.1f}" for v in (t.healthy_s, t.replaced_s)]
+        left = ", ".join(t.left_behind) or "nothing"
+        problem = t.problem.splitlines()[0] if t.problem else ""
+        table.add_row(
+            t.scenario, numbers[0], "yes" if t.reached else "no", numbers[1], left, problem
+        )
+    Console().print(table)

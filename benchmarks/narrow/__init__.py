@@ -1,0 +1,1 @@
+"""Ways through posts, beams, windows, corridors and clutter: `lariat bench narrow`."""

@@ -1,0 +1,1 @@
+"""Speed: runs, the live stack, its start, the page, hours of work."""

@@ -1,0 +1,200 @@
+"""Step times of the live stack, and its way from camera to arm: `lariat bench speed live FILE`.
+
+Every service publishes statistics of its step times once a second. The figures are medians of these
+over the recording, so that a warm-up or a single late step does not dominate; the maximum is that
+of all steps. With `--attach` a running stack is sampled instead, and its time is told by stage.
+"""
+
+from __future__ import annotations
+
+import json as encoder
+import sys
+import tempfile
+from collections import defaultdict
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import tyro
+
+from benchmarks.conditions import Conditions
+from benchmarks.result_block import show
+from benchmarks.speed.camera_to_arm import latencies, latency_table
+from benchmarks.speed.stages import attached
+from lariat.configuration import ConfigurationError
+from lariat.trajectory import SECOND
+from shared import topics
+from shared.messages import ArmStates, Health
+from shared.recording import Recording
+from stack.client import Cell
+
+RECORDING_FOLDER = Path("recordings")
+"""Folder of the recordings of `lariat up`."""
+LOCAL = Cell()
+"""Stack on this machine."""
+MOTION_WINDOW = SECOND // 8
+"""Resolution at which motion of the arms is noted [ns]."""
+
+
+@dataclass(frozen=True)
+class StepTimes:
+    """Step times of one service over a recording."""
+
+    service: str
+    """Name of the service."""
+    seconds: int
+    """Number of seconds with statistics."""
+    period_ms: float
+    """Period of the steps [ms]."""
+    p50_ms: float
+    """Median over the seconds of their median step time [ms]."""
+    p50_moving_ms: float | None
+    """Median over the seconds in which an arm moved [ms]; None if none did."""
+    p99_ms: float
+    """Median over the seconds of their 99th percentile [ms]."""
+    max_ms: float
+    """Longest step [ms]."""
+    overruns: float
+    """Share of the steps that took longer than the period [-]."""
+    drops: int
+    """Number of inputs that were overwritten before a step read them."""
+
+
+def run(
+    file: Annotated[Path | None, tyro.conf.Positional] = None,
+    /,
+    attach: int | None = None,
+    profiles: Path | None = None,
+    json: bool = False,
+    cell: Annotated[Cell, tyro.conf.arg(name="")] = LOCAL,
+) -> int:
+    """Print the step times and the latency of a live run, from its recording.
+
+    The caption names plant, sensing and adaptation of the recorded scenario. Latency is the time
+    from the exposure of an image until a process publishes what rests on it. With --attach, py-spy
+    samples the processes of a stack that runs on this machine, which are then told by stage.
+
+    Examples:
+      lariat bench speed live
+      lariat bench speed live recordings/2026-01-31_12-00-00_three-cylinders.mcap
+      lariat bench speed live --attach 20 --profiles profiles
+
+    Args:
+        file: Recording of `lariat up`; by default the newest one in recordings/.
+        attach: Sample a running stack for so many seconds, and read no recording.
+        profiles: Folder for the sampled call stacks, one file a process in speedscope's format.
+        json: Print one JSON object instead of a table.
+        cell: Address of the stack that is sampled.
+    """
+    if attach is not None:
+        attached.run(attach, cell, profiles, json=json)
+        return 0
+    path = file or _newest()
+    try:
+        recording = Recording.open(path)
+        rows = step_times(recording)
+        delays = latencies([recording])
+    except ValueError as error:
+        raise ConfigurationError(str(error)) from error
+    if not rows:
+        print(f"{path} holds no health; name a recording of `lariat up`", file=sys.stderr)
+        return 1
+    if json:
+        found = {"services": [asdict(r) for r in rows], "latency": [asdict(d) for d in delays]}
+        print(encoder.dumps({"recording": str(path), **found}))
+    else:
+        _print(path, rows, recording)
+        show([latency_table(delays)] if delays else [], None, 120)
+    return 0
+
+
+def step_times(recording: Recording) -> list[StepTimes]:
+    """Step times of every service, in alphabetical order."""
+    moving: set[int] = set()
+    healths: dict[str, list[tuple[int, Health]]] = defaultdict(list)
+    for entry in recording.messages():
+        if entry.key.startswith("health/"):
+            health = entry.parse()
+            healths[health.service].append((entry.log_time, health))
+        elif entry.key == topics.ARM_STATE.key and entry.parse().mode == ArmStates.MOVING:
+            moving.add(entry.log_time // MOTION_WINDOW)
+    return [_service_times(name, rows, moving) for name, rows in sorted(healths.items())]
+
+
+def _service_times(name: str, rows: list[tuple[int, Health]], moving: set[int]) -> StepTimes:
+    # The first message covers no second: it is sent as soon as the service is ready.
+    reports = [(at, h) for at, h in rows if h.step_max_ms > 0.0]
+    busy = [h.step_p50_ms for at, h in reports if _is_moving(at, moving)]
+    first, last = rows[0][1], rows[-1][1]
+    steps = max(last.steps - first.steps, 1)
+    return StepTimes(
+        service=name,
+        seconds=len(reports),
+        period_ms=round(last.period_ms, 3),
+        p50_ms=_median([h.step_p50_ms for _, h in reports]),
+        p50_moving_ms=_median(busy) if busy else None,
+        p99_ms=_median([h.step_p99_ms for _, h in reports]),
+        max_ms=round(max((h.step_max_ms for _, h in reports), default=0.0), 3),
+        overruns=round((last.overruns - first.overruns) / steps, 4),
+        drops=last.drops - first.drops,
+    )
+
+
+def _is_moving(at: int, moving: set[int]) -> bool:
+    """Whether an arm moved in most of the second before a time [ns]."""
+    end = at // MOTION_WINDOW
+    return sum(k in moving for k in range(end - 8, end)) >= 4
+
+
+def _median(values: list[float]) -> float:
+    return round(float(np.median(values)), 3) if values else 0.0
+
+
+def _newest() -> Path:
+    files = [p for p in RECORDING_FOLDER.glob("*.mcap") if not p.name.endswith("_idle.mcap")]
+    files.sort(key=lambda path: path.stat().st_mtime)
+    if not files:
+        raise ConfigurationError(f"there is no recording in {RECORDING_FOLDER}/; name a file")
+    return files[-1]
+
+
+def _print(path: Path, rows: list[StepTimes], recording: Recording) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    with tempfile.TemporaryDirectory() as folder:
+        conditions = Conditions.of(recording.scenario(Path(folder)).live)
+    table = Table(
+        box=None,
+        pad_edge=False,
+        title=str(path),
+        title_justify="left",
+        caption=str(conditions),
+        caption_justify="left",
+    )
+    table.add_column("service")
+    for head in (
+        "p50 ms",
+        "moving ms",
+        "p99 ms",
+        "max ms",
+        "period ms",
+        "overruns %",
+        "drops",
+        "s",
+    ):
+        table.add_column(head, justify="right")
+    for r in rows:
+        table.add_row(
+            r.service,
+            f"{r.p50_ms:.1f}",
+            "–" if r.p50_moving_ms is None else f"{r.p50_moving_ms:.1f}",
+            f"{r.p99_ms:.1f}",
+            f"{r.max_ms:.1f}",
+            f"{r.period_ms:.1f}",
+            f"{100.0 * r.overruns:.1f}",
+            str(r.drops),
+            str(r.seconds),
+        )
+    Console(file=sys.stdout, width=120).print(table)

@@ -1,1 +1,0 @@
-"""Ways through posts, beams, windows, corridors and clutter: `lariat bench ways`."""

@@ -10,9 +10,9 @@ import tyro
 from cli.task import LOCAL, CellOptions, print_state
 from lariat.configuration import ConfigurationError
 from lariat.scenario import Rope, Scenario, Shape, load
-from shared.messages import TaskRequest
+from shared.messages import TaskRequest, goal_message
 from stack.client import connect
-from stack.goal_message import goal_message
+from stack.live_goal import live_goal
 
 Coordinates = tuple[float, float, float, float, float, float]
 """x, y, z of the left and of the right grip [m]."""
@@ -45,7 +45,7 @@ def main(
     scenario.grips(scenario.goal)  # Reads the goal's file: bad input ends here, before the bus.
     with connect(cell) as client:
         state = client.request_task(
-            TaskRequest.SET_GOAL, goal=goal_message(scenario, scenario.goal, client)
+            TaskRequest.SET_GOAL, goal=goal_message(live_goal(scenario, scenario.goal, client))
         )
     print_state(state, json)
     return 0

@@ -10,13 +10,13 @@ from google.protobuf.message import Message
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
+from lariat.scenario import Goal
 from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import (
     ArmCommand,
     ArmStates,
     Consent,
-    Goal,
     GoalDraft,
     GoalList,
     GoalListRequest,
@@ -29,6 +29,7 @@ from shared.messages import (
     StackState,
     TaskRequest,
     TaskState,
+    goal_message,
     grip,
 )
 from shared.runtime.service import Publication
@@ -87,9 +88,12 @@ class Outbox:
         self._unsent: list[tuple[Topic, Message, str]] = []
         self._pending: list[PendingRequest] = []
 
-    def request_task(self, action: TaskRequest.Action, label: str, **fields: object) -> str:
+    def request_task(
+        self, action: TaskRequest.Action, label: str, goal: Goal | None = None, **fields: object
+    ) -> str:
         """Queue a request to the controller and return its id."""
-        return self._add(topics.TASK_REQUEST, TaskRequest(action=action, **fields), label)
+        message = TaskRequest(action=action, goal=goal and goal_message(goal), **fields)
+        return self._add(topics.TASK_REQUEST, message, label)
 
     def request_scene(self, action: SceneRequest.Action, obstacle: Obstacle, label: str) -> str:
         """Queue a change of the scene, which perception makes, and return its id."""
@@ -107,7 +111,7 @@ class Outbox:
         self, action: GoalListRequest.Action, name: str, label: str, goal: Goal | None = None
     ) -> str:
         """Queue a request about the goal of a name, and return its id."""
-        message = GoalListRequest(action=action, name=name, goal=goal)
+        message = GoalListRequest(action=action, name=name, goal=goal and goal_message(goal))
         return self._add(topics.GOAL_LIST_REQUEST, message, label)
 
     def request_stack(self, action: StackRequest.Action, label: str, **fields: object) -> str:

@@ -10,7 +10,7 @@ from lariat.geometry import TABLE, Obstacle, Pose
 from lariat.planning.problem import Problem
 from lariat.planning.whole_path import plan
 from lariat.rod import Rod, RodProperties
-from lariat.scenario.sections import Limits
+from lariat.scenario.sections import Goal, Limits
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
 """Orientation of a grip that points along x, wxyz."""
@@ -31,8 +31,7 @@ def main() -> Figure:
         rod=rod,
         state=rod.rest(*start).state,
         grips=start,
-        goal=rod.rest(*goal).state.positions,
-        goal_grips=goal,
+        goal=Goal(rod.rest(*goal).state.positions, *goal),
         moves=np.array([[True] * 3 + [False] * 3] * 2),  # the grips move and do not rotate
         obstacles=(TABLE, *FRAME),
         supports=(),
@@ -48,7 +47,7 @@ def main() -> Figure:
     axes = figure.add_subplot(projection="3d")
     for nodes in path.nodes[:: max(1, len(path.nodes) // 12)]:
         axes.plot(*nodes.T, color="C0", alpha=0.5)
-    axes.plot(*problem.goal.T, color="C3", label="goal")
+    axes.plot(*problem.goal.nodes.T, color="C3", label="goal")
     x, z = [-0.3, 0.3, 0.3, -0.3, -0.3], [0.1, 0.1, 0.4, 0.4, 0.1]
     axes.plot(x, [0.0] * 5, z, color="0.3", label="window")
     axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")

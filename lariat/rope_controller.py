@@ -19,7 +19,7 @@ from lariat.control.mpc.receding_horizon import Command
 from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
 from lariat.control.run.arm_condition import ArmCondition
 from lariat.control.run.goal_events import GoalEvents
-from lariat.control.run.goals import GoalFactory, GoalRequest
+from lariat.control.run.goals import GoalFactory, Pull
 from lariat.control.run.reasons import Reason, ReasonCode
 from lariat.control.run.requests import Preview, Request, carry_out, preview
 from lariat.control.run.state_machine import RunState
@@ -40,7 +40,7 @@ from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.geometry.obstacles import Obstacle
 from lariat.rod import Rod
 from lariat.safety.motion_contract import SETPOINT_PERIOD
-from lariat.scenario import SIDES, Scenario
+from lariat.scenario import SIDES, Goal, Scenario
 from lariat.scenario.extensions import ExtensionFault
 from lariat.scenario.rod_properties import rod_properties
 from lariat.trajectory import MotionState, SetpointChunk
@@ -211,10 +211,15 @@ class RopeController:
         """Take in an answer of the planner."""
         self._offer = offer
 
-    def preview(self, request: GoalRequest) -> Preview:
-        """Return the goal between grips that are being dragged, or why there is none."""
+    def preview(self, request: Goal, pull: Pull | None = None) -> Preview:
+        """Return the goal between grips that are being dragged, or why there is none.
+
+        Args:
+            request: Goal without nodes.
+            pull: Node that is pulled, and where to [m]; None where the grips stay.
+        """
         running = self.task.state is RunState.RUNNING
-        return preview(request, self._goals, self.scene.obstacles, running)
+        return preview(request, pull, self._goals, self.scene.obstacles, running)
 
     def step(self, now: int) -> Iterator[Command | SetpointChunk | Reason]:
         """Yield setpoints or a reason to hold, then the command of a new horizon if there is one.

@@ -12,12 +12,11 @@ The second line, copied into a scenario beside the table, is this goal there.
 from __future__ import annotations
 
 import tomllib
-from typing import Any
 
 from lariat.configuration import ConfigurationError, read
-from lariat.scenario.entries import inline, numbers
+from lariat.scenario.entries import inline
 from lariat.scenario.sections import SIDES, Shape
-from shared.messages import Goal, SavedGoal, chain
+from shared.messages import SavedGoal, goal_of
 
 GOAL_LINE = "# goal = "
 """Begin of the line with the goal."""
@@ -29,36 +28,16 @@ def goal_table(saved: SavedGoal) -> str:
     Args:
         saved: Goal with nodes.
     """
-    file = f"{saved.name}.csv"
-    rows = "".join(f"{x:.6f},{y:.6f},{z:.6f}\n" for x, y, z in chain(saved.goal.positions))
+    goal = goal_of(saved.goal)
+    # The grips of a part's goal are those of one shape of many whose part is this.
+    oriented = [s for s, given in zip(SIDES, goal.oriented, strict=True) if given and not goal.part]
+    entry = goal.entry(oriented, f"{saved.name}.csv")
+    rows = "".join(f"{x:.6f},{y:.6f},{z:.6f}\n" for x, y, z in goal.nodes)
     return (
         f"# Goal {saved.name} of the scenario {saved.scenario}\n"
-        f"{GOAL_LINE}{inline(goal_entry(saved.goal, file))}\n"
+        f"{GOAL_LINE}{inline(entry)}\n"
         f"# x, y, z [m]\n{rows}"
     )
-
-
-def goal_entry(goal: Goal, file: str) -> dict[str, Any]:
-    """Return the `[goal]` of a scenario.
-
-    Args:
-        goal: The goal.
-        file: Name of the table with its nodes.
-    """
-    grips = dict(zip(SIDES, (goal.left, goal.right), strict=True))
-    oriented = dict(zip(SIDES, (goal.left_oriented, goal.right_oriented), strict=True))
-    entry: dict[str, Any] = {"nodes": file}
-    if goal.ends_only:
-        entry = {"line": [numbers(grip.position) for grip in grips.values()], "ends_only": True}
-    if goal.part:
-        entry["part"] = numbers(goal.part)
-    else:
-        entry |= {
-            f"{side}_orientation": numbers(grips[side].orientation)
-            for side in SIDES
-            if oriented[side]
-        }
-    return entry | ({"turns": goal.turns} if goal.turns else {})
 
 
 def read_entry(text: str) -> Shape | None:

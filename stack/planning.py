@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from lariat.control.run.goals import GoalFactory
@@ -33,20 +35,11 @@ def scenario_problem(scenario: Scenario) -> Problem:
         guess = add_turns(state, round(start.turns))
         state = rod.rest(*grips, guess=guess, obstacles=packed).state
     goal = GoalFactory(scenario, rod, grips).from_shape(scenario.goal)
-    nodes = np.asarray(goal.nodes)
-    if len(nodes) != rope.node_count:
-        nodes = polylines.resample_smooth(nodes, rope.node_count)
+    if len(goal.nodes) != rope.node_count:
+        goal = replace(goal, nodes=polylines.resample_smooth(goal.nodes, rope.node_count))
     still, _ = divided(scenario.bodies, scenario.obstacle_motions(), 0.0)
-    return PlannerService(scenario).problem(
-        state,
-        grips,
-        nodes,
-        (goal.left, goal.right),
-        still,
-        (goal.left_oriented, goal.right_oriented),
-        round(goal.turns),
-        ends_only=goal.ends_only,
-    )
+    # The rest of the rope has been fitted to a part that counts.
+    return PlannerService(scenario).problem(state, grips, replace(goal, part=None), still)
 
 
 def scenario_departure(scenario: Scenario, problem: Problem) -> Departure:

@@ -8,10 +8,10 @@ import time
 
 from benchmarks.faults.observed_cell import LINK_TIMEOUT, STOP_TIMEOUT, ObservedCell
 from benchmarks.faults.processes import OBSERVED_SIDE, CellProcesses
-from shared.messages import REACHED, RUNNING, ArmCommand, ArmStates, TaskRequest
+from shared.messages import REACHED, RUNNING, ArmCommand, ArmStates, TaskRequest, goal_message
 from stack.approach import approach
 from stack.client import RequestFailed
-from stack.goal_message import goal_message
+from stack.live_goal import live_goal
 
 ENABLE_TIMEOUT = 40.0
 """Time limit for all arms to be ready after a command of the operator [s]."""
@@ -151,7 +151,7 @@ class FaultCell(ObservedCell):
         if self.task_state is not None and self.task_state.state == RUNNING:
             self.client.request_task(TaskRequest.STOP)
         self.client.request_task(
-            TaskRequest.SET_GOAL, goal=goal_message(self.scenario, shape, self.client)
+            TaskRequest.SET_GOAL, goal=goal_message(live_goal(self.scenario, shape, self.client))
         )
         self.client.request_task(TaskRequest.START)
 

@@ -23,7 +23,7 @@ from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
 from lariat.planning.arms.arm_check import goal_fault
 from lariat.rod import Rod
-from lariat.scenario import SIDES, Scenario, load
+from lariat.scenario import SIDES, Goal, Scenario, load
 from lariat.scenario.rod_properties import rod_properties
 from lariat.simulation.plants.factory import build_plant
 from services.planner.service import PlannerService
@@ -151,7 +151,7 @@ def arms_reach(
     grips = scenario.grips(scenario.start)
     model = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
     problem = PlannerService(scenario).problem(
-        model.rest(*grips).state, grips, goal, (left, right), scenario.bodies, (True, True)
+        model.rest(*grips).state, grips, Goal(goal, left, right, True, True), scenario.bodies
     )
     return goal_fault(problem) is None
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import viser
@@ -11,9 +12,7 @@ from jaxtyping import Bool, Float64
 from dashboard.action_queue import ActionQueue
 from lariat.geometry import polylines
 from lariat.scenario.checks import MAX_PART
-from lariat.scenario.sections import Rope
-from shared.messages import Goal
-from shared.messages.checks.task import MIN_PART_NODES
+from lariat.scenario.sections import MIN_PART_NODES, Goal, Rope
 
 FIELD_STEP = 0.5
 """Step of the fields [mm]; it also decides how many decimals they show."""
@@ -87,15 +86,15 @@ class CountedStretch:
     def take_goal(self, goal: Goal) -> None:
         """Take what counts of a goal."""
         self.ends_only = goal.ends_only
-        self._ends = (goal.part[0], goal.part[1]) if goal.part else (0.0, self._rope.length)
+        self._ends = goal.part or (0.0, self._rope.length)
 
-    def apply(self, goal: Goal) -> None:
-        """Let of a goal, whose whole shape counts, only this count."""
-        goal.ends_only = self.ends_only
-        if part := self.part:
-            goal.part[:] = part
+    def applied(self, goal: Goal) -> Goal:
+        """Return a goal, whose whole shape counts, with only this counting."""
+        goal = replace(goal, ends_only=self.ends_only, part=self.part)
+        if self.part:
             # Its grips are those of one shape of many whose stretch is this.
-            goal.left_oriented = goal.right_oriented = False
+            goal = replace(goal, left_oriented=False, right_oriented=False)
+        return goal
 
     def _take_switch(self, ends_only: bool) -> None:
         self.ends_only = ends_only
@@ -153,6 +152,11 @@ class CountedStretch:
                 f"{np.ceil(least):.0f} mm."
             )
         return ""
+
+    @property
+    def invitation(self) -> str:
+        """Sentence about what may be dragged."""
+        return "Drag an end." if self.ends_only else "Drag an end or the middle."
 
     @property
     def description(self) -> str:

@@ -19,17 +19,14 @@ from dashboard.editors.pull_handle import ARRIVED, PullHandle
 from dashboard.outbox import Notification, Outbox
 from dashboard.scene.scene_view import SceneView
 from lariat.geometry.poses import Pose
-from lariat.scenario import SIDES, Scenario, Side
+from lariat.scenario import SIDES, Goal, Scenario, Side
 from lariat.trajectory import SECOND
 from shared.messages import (
-    Goal,
     GoalPreview,
     TaskRequest,
     TaskState,
     chain,
-    counted_nodes,
-    goal_curve,
-    grip_pose,
+    goal_of,
 )
 
 DRAFT_PERIOD = SECOND // 20
@@ -277,7 +274,7 @@ class GoalEditor:
         self._handle.show(editing and not self._stretch.ends_only)
         self._stretch.show(editing)
         if editing:
-            self._show_status(StatusLine(self._invitation, palette.QUIET))
+            self._show_status(StatusLine(self._stretch.invitation, palette.QUIET))
             self._touched, self._changed = False, True
             for side in SIDES:
                 self._show_grip(side, with_gizmo=True)
@@ -290,9 +287,7 @@ class GoalEditor:
         # A browser that does not know yet that the goal has changed still offers the last one.
         if self._preview is None or self._set.disabled:
             return
-        goal = Goal()
-        goal.CopyFrom(self._preview.goal)
-        self._stretch.apply(goal)
+        goal = self._stretch.applied(goal_of(self._preview.goal))
         self._outbox.request_task(TaskRequest.SET_GOAL, "Set goal", goal=goal)
         self._set_editing(False)
 
@@ -316,7 +311,7 @@ class GoalEditor:
             now: Present time [ns].
         """
         if task is not None and task.goal_revision != self._goal_revision:
-            self._take_goal(task.goal, task.goal_revision)
+            self._take_goal(goal_of(task.goal), task.goal_revision)
         if not self._editing:
             return
         if self._changed and now - self._draft_time >= DRAFT_PERIOD:
@@ -330,9 +325,9 @@ class GoalEditor:
 
     def _take_goal(self, goal: Goal, revision: int) -> None:
         self._goal_revision = revision
-        self._view.show_goal(goal_curve(goal), counted_nodes(goal) if goal.ends_only else None)
+        self._view.show_goal(goal)
         if not self._editing and len(goal.left.position) == len(goal.right.position) == 3:
-            self._grips = {"left": grip_pose(goal.left), "right": grip_pose(goal.right)}
+            self._grips = {"left": goal.left, "right": goal.right}
             self._turns = goal.turns
             self._stretch.take_goal(goal)
 
@@ -341,13 +336,13 @@ class GoalEditor:
         if not preview.draft.startswith(self._draft_id.rpartition("-")[0]):
             return
         self._preview = preview
-        goal = preview.goal
-        pulled = 0 < self._pull_number <= _number(preview.draft) and bool(goal.positions)
+        goal = goal_of(preview.goal)
+        pulled = 0 < self._pull_number <= _number(preview.draft) and len(goal.nodes) > 0
         if pulled and self._handle.pull is not None:
-            self._grips = {"left": grip_pose(goal.left), "right": grip_pose(goal.right)}
+            self._grips = {"left": goal.left, "right": goal.right}
             for side in SIDES:
                 self._show_grip(side, with_gizmo=True)
-        if self._handle.take_shape(chain(goal.positions)):
+        if self._handle.take_shape(goal.nodes):
             self._changed = True
         self._show_preview(preview)
 
@@ -360,11 +355,6 @@ class GoalEditor:
         self._set.disabled = not may_be_set
         self._show_status(self._verdict(preview))
 
-    @property
-    def _invitation(self) -> str:
-        """What may be done with an unchanged goal."""
-        return "Drag an end." if self._stretch.ends_only else "Drag an end or the middle."
-
     def _verdict(self, preview: GoalPreview) -> StatusLine:
         """Line about a preview."""
         if not preview.reachable:
@@ -372,7 +362,7 @@ class GoalEditor:
         if problem := self._stretch.problem:
             return StatusLine("No goal", palette.BAD, problem)
         if not self._touched:
-            return StatusLine("The present goal", palette.QUIET, self._invitation)
+            return StatusLine("The present goal", palette.QUIET, self._stretch.invitation)
         if self._handle.distance > ARRIVED and not self._changed:
             text = (
                 f"The node stays {status_text.format_millimeters(self._handle.distance)} from the "

@@ -8,17 +8,18 @@ line what of it counts ([shared/goal_table.py](../../shared/goal_table.py)).
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
-from lariat.scenario import Scenario, Shape
+from lariat.scenario import Goal, Scenario, Shape
 from lariat.scenario.checks import check_part
 from lariat.scenario.scenario import LEVEL_GRIP
 from shared.goal_table import read_entry
-from shared.messages import Goal, grip
+from shared.messages import goal_message
 from shared.messages.checks.task import check_goal
 
 LENGTH_TOLERANCE = 0.03
@@ -45,38 +46,39 @@ def parse(content: bytes, scenario: Scenario) -> Goal:
     nodes = fitting_nodes(_read_rows(text), scenario)
     first, last = polylines.end_tangents(nodes)
     goal = Goal(
-        positions=nodes.ravel(),
-        left=grip(Pose(nodes[0], _grip_orientation(first))),
-        right=grip(Pose(nodes[-1], _grip_orientation(last))),
+        nodes,
+        Pose(nodes[0], _grip_orientation(first)),
+        Pose(nodes[-1], _grip_orientation(last)),
     )
     shape = read_entry(text)
-    if shape is not None:
-        _take_shape(goal, shape, scenario)
-    return goal
+    return goal if shape is None else _counting(goal, shape, scenario)
 
 
-def _take_shape(goal: Goal, shape: Shape, scenario: Scenario) -> None:
-    """Let a goal count as a shape says: its part, its ends alone, orientations and turns.
+def _counting(goal: Goal, shape: Shape, scenario: Scenario) -> Goal:
+    """Goal that counts as a shape says: its terms, the grips of its ends, orientations.
 
     Raises:
         ValueError: This rope does not have the part.
     """
-    goal.turns, goal.ends_only = shape.turns, shape.ends_only
+    goal = replace(goal, **shape.terms)
     if shape.part is not None:
         check_part(scenario, "goal", shape.part)
-        goal.part[:] = shape.part
-        check_goal(goal)
-        return
-    if shape.ends_only:
-        left, right = scenario.grips(shape)
-        goal.left.CopyFrom(grip(left))
-        goal.right.CopyFrom(grip(right))
-    if shape.left_orientation is not None:
-        goal.left.orientation[:] = shape.left_orientation
-    if shape.right_orientation is not None:
-        goal.right.orientation[:] = shape.right_orientation
-    goal.left_oriented = shape.left_orientation is not None
-    goal.right_oriented = shape.right_orientation is not None
+        check_goal(goal_message(goal))
+        return goal
+    grips, given = goal.grips, (shape.left_orientation, shape.right_orientation)
+    if shape.line is not None:
+        grips = scenario.grips(shape)
+    left, right = (
+        grip if orientation is None else Pose(grip.position, np.array(orientation))
+        for grip, orientation in zip(grips, given, strict=True)
+    )
+    return replace(
+        goal,
+        left=left,
+        right=right,
+        left_oriented=given[0] is not None,
+        right_oriented=given[1] is not None,
+    )
 
 
 def fitting_nodes(

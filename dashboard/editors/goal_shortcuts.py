@@ -8,14 +8,15 @@ import viser
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.outbox import Outbox
+from lariat.scenario import Goal
 from shared.messages import (
     ArmStates,
-    Goal,
     NodeChain,
     TaskRequest,
     TaskState,
     arm_pose,
-    grip,
+    chain,
+    goal_of,
     poses_known,
 )
 
@@ -75,18 +76,16 @@ class GoalShortcuts:
             self._turns = task.turns
             if task.goal_revision != self._revision and task.goal.positions:
                 self._revision = task.goal_revision
-                self._remember(task.goal)
+                self._remember(goal_of(task.goal))
         unknown = rope is None or bool(rope.lost) or arms is None or not poses_known(arms)
         if self._present.disabled != unknown:
             self._present.disabled = unknown
 
     def _remember(self, goal: Goal) -> None:
         """Remember a goal, unless it is the one that Undo has returned to."""
-        last = self._goals[-1] if self._goals else Goal()
-        same = len(last.positions) == len(goal.positions) and (
-            (last.part, last.ends_only, last.turns) == (goal.part, goal.ends_only, goal.turns)
-        )
-        if same and np.allclose(last.positions, goal.positions, atol=SAME):
+        last = self._goals[-1] if self._goals else None
+        same = last is not None and (last.nodes.shape, last.terms) == (goal.nodes.shape, goal.terms)
+        if last is not None and same and np.allclose(last.nodes, goal.nodes, atol=SAME):
             return
         self._goals = [*self._goals, goal][-MAX_REMEMBERED:]
         self._undo.disabled = len(self._goals) < 2
@@ -96,9 +95,9 @@ class GoalShortcuts:
         if rope is None or rope.lost or arms is None:
             return
         goal = Goal(
-            positions=rope.positions,
-            left=grip(arm_pose(arms, "left")),
-            right=grip(arm_pose(arms, "right")),
+            chain(rope.positions),
+            arm_pose(arms, "left"),
+            arm_pose(arms, "right"),
             turns=float(round(self._turns)),
         )
         self._outbox.request_task(TaskRequest.SET_GOAL, "Present shape", goal=goal)

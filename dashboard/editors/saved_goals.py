@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import viser
@@ -14,13 +15,12 @@ from dashboard.outbox import Notification, Outbox
 from lariat.scenario import Scenario
 from shared.goal_table import goal_table
 from shared.messages import (
-    Goal,
     GoalList,
     GoalListRequest,
     SavedGoal,
     TaskRequest,
     TaskState,
-    chain,
+    goal_of,
 )
 
 NO_GOAL = "(none)"
@@ -117,10 +117,9 @@ class SavedGoals:
     def _request_goal(self) -> None:
         if not (name := self._chosen):
             return
-        goal = Goal()
-        goal.CopyFrom(self._goals[name].goal)
+        goal = goal_of(self._goals[name].goal)
         try:
-            goal.positions[:] = fitting_nodes(chain(goal.positions), self._scenario).ravel()
+            goal = replace(goal, nodes=fitting_nodes(goal.nodes, self._scenario))
         except ValueError as error:
             self._notify(Notification(f"{name}: not a goal of this rope", str(error)))
             return
@@ -129,7 +128,7 @@ class SavedGoals:
     def _request_save(self) -> None:
         if self._task is not None:
             name = self._name.value.strip()
-            goal = self._task.goal
+            goal = goal_of(self._task.goal)
             self._outbox.request_goals(GoalListRequest.SAVE, name, "Save goal", goal)
 
     def _send(self, client: viser.ClientHandle | None) -> None:

@@ -21,7 +21,7 @@ from dashboard.scene.obstacle_view import ObstacleView
 from dashboard.scene.other_ropes_view import OtherRopesView
 from dashboard.scene.tube_view import TubeView
 from lariat.geometry.obstacles import Obstacle
-from lariat.scenario import SIDES, Scenario
+from lariat.scenario import SIDES, Goal, Scenario
 from shared import topics
 from shared.messages import ArmStates, GoalPreview, NodeChain, OtherRopes, Path, Plan, chain
 from shared.topics import Topic
@@ -124,16 +124,15 @@ class SceneView:
         if self._truth.visible and len(nodes) > 1:
             self._truth.show(nodes, palette.TRUTH)
 
-    def show_goal(
-        self, nodes: Float64[np.ndarray, "n 3"], counted: Bool[np.ndarray, "n"] | None = None
-    ) -> None:
-        """Draw the goal.
+    def show_goal(self, goal: Goal) -> None:
+        """Draw the goal: what of it counts, or its ends with a free shape between them.
 
         Args:
-            nodes: Its shape [m]; nothing is drawn if it has no nodes.
-            counted: Nodes that count, if not all do.
+            goal: The goal; nothing is drawn if it has no nodes.
         """
+        nodes = goal.curve
         if len(nodes) > 1:
+            counted = goal.counted if len(nodes) == len(goal.nodes) else None
             self._show_counted(self._goal, GOAL_RADIUS, nodes, palette.GOAL, counted)
         else:
             self._goal.hide()

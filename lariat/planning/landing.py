@@ -68,7 +68,7 @@ def landing(problem: Problem, settings: LandingSettings = LANDING_SETTINGS) -> L
     """
     if not problem.supports or not problem.moves[:, :3].all():
         return None
-    leaning = _support_distances(problem, problem.goal) < settings.leaning_clearance
+    leaning = _support_distances(problem, problem.goal.nodes) < settings.leaning_clearance
     lying = _lying(problem, settings) if leaning.any() else None
     if lying is None:
         return None
@@ -82,7 +82,9 @@ def landing(problem: Problem, settings: LandingSettings = LANDING_SETTINGS) -> L
     descent = np.concatenate([ends + offsets[top::-1, None], ends[None]])
     above = Pose(descent[0, 0], left.orientation), Pose(descent[0, 1], right.orientation)
     hovering = _rest(problem, above, lifted[top])
-    return Landing(replace(problem, goal=hovering.positions, goal_grips=above), descent)
+    return Landing(
+        problem.with_goal(nodes=hovering.positions, left=above[0], right=above[1]), descent
+    )
 
 
 def landed(
@@ -106,10 +108,9 @@ def landed(
         for at, grip in zip(landing.descent[-1], problem.feasible_goal_grips, strict=True)
     )
     descent = replace(
-        problem,
+        problem.with_goal(left=below[0], right=below[1]),
         state=_rest(problem, above, approach.nodes[-1]),
         grips=above,
-        goal_grips=(below[0], below[1]),
         pace=settings.pace * problem.pace,
     )
     optimizer = PathOptimizer(descent)
@@ -136,7 +137,7 @@ def _lying(
 ) -> tuple[RodState, tuple[Pose, Pose]] | None:
     """Rod at rest on the supports where it is nearest to the goal, and the poses of its ends."""
     try:
-        state = _rest(problem, problem.feasible_goal_grips, problem.goal)
+        state = _rest(problem, problem.feasible_goal_grips, problem.goal.nodes)
     except ValueError:
         # The goal's grips are further apart than the rope is long.
         return None
@@ -180,7 +181,7 @@ def _lifted(
 
 def _rest(problem: Problem, ends: tuple[Pose, Pose], nodes: Float64[np.ndarray, "n 3"]) -> RodState:
     """Rod at rest on or above the supports, near given nodes."""
-    guess = add_turns(state_along(nodes, *(end.orientation for end in ends)), problem.turns)
+    guess = add_turns(state_along(nodes, *(end.orientation for end in ends)), problem.goal.turns)
     return problem.rod.rest(*ends, guess=guess, obstacles=problem.packed_supports).state
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -13,7 +13,7 @@ from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState
 from lariat.safety.motion_contract import PATH_STRETCH_SHARE, longest_grip_distance
-from lariat.scenario.sections import Limits
+from lariat.scenario.sections import Goal, Limits
 
 if TYPE_CHECKING:
     # Only a cell with arms needs Pinocchio.
@@ -38,10 +38,9 @@ class Problem:
     """State of the rope at rest between the grips."""
     grips: tuple[Pose, Pose]
     """Current poses of the grips: left, right."""
-    goal: Float64[np.ndarray, "n 3"]
-    """Nodes of the goal shape [m]."""
-    goal_grips: tuple[Pose, Pose]
-    """Grips of the goal shape, an initial guess where only nodes were given."""
+    goal: Goal
+    """Goal shape, of which all nodes count, or the ends alone, with the turns free. Its grips are
+    an initial guess where only nodes were given."""
     moves: Bool[np.ndarray, "2 6"]
     """Mask of the free components of each grip's velocity: translation, then rotation."""
     obstacles: tuple[Obstacle, ...]
@@ -56,14 +55,8 @@ class Problem:
     """Mean node distance to the goal at which it is reached [m]."""
     spare_clearance: float = 0.0
     """Part of the clearance without which a path is not blocked [m]."""
-    oriented: tuple[bool, bool] = (False, False)
-    """Whether the orientation of each goal grip is prescribed."""
-    ends_only: bool = False
-    """Whether the ends alone are the goal; the shape between them, and the turns, are free."""
     angle_tolerance: float = 0.05
     """Angle of the ends from such a goal at which it is reached [rad]."""
-    turns: int = 0
-    """Whole turns of twist of the goal (`lariat.rod.twist`)."""
     variants: tuple[Rod, ...] = ()
     """Rods with one identified property off by its standard deviation each."""
     held: tuple[Pose, Pose] = field(default_factory=_exact_grips)
@@ -93,12 +86,6 @@ class Problem:
         """Supports as rows of `lariat.geometry.obstacles.pack`; None when there are none."""
         return pack(self.supports) if self.supports else None
 
-    @property
-    def counted(self) -> Bool[np.ndarray, "n"]:
-        """Nodes whose distances from the goal count."""
-        count = len(self.goal)
-        return polylines.ends_of(count) if self.ends_only else np.ones(count, dtype=bool)
-
     def goal_error(self, nodes: Float64[np.ndarray, "n 3"]) -> float:
         """Return the mean distance of the nodes that count from the goal [m].
 
@@ -108,14 +95,13 @@ class Problem:
         Args:
             nodes: Nodes of the rope [m].
         """
-        if not self.ends_only:
-            return polylines.mean_node_distance(nodes, self.goal)
-        ends = self.counted
-        error = polylines.mean_node_distance(nodes[ends], self.goal[ends])
-        grips = np.array([grip.orientation for grip in self.goal_grips])
-        angles = polylines.end_angles(nodes, grips)
-        angle = float(np.max(angles, where=np.array(self.oriented), initial=0.0))
-        return max(error, self.tolerance * angle / self.angle_tolerance)
+        goal = self.goal
+        error = polylines.mean_node_distance(nodes[goal.counted], goal.nodes[goal.counted])
+        return max(error, self.tolerance * goal.angle(nodes) / self.angle_tolerance)
+
+    def with_goal(self, **changes: Any) -> Problem:
+        """Return the problem with other fields of the goal."""
+        return replace(self, goal=replace(self.goal, **changes))
 
     @property
     def feasible_goal_grips(self) -> tuple[Pose, Pose]:
@@ -125,7 +111,7 @@ class Problem:
                 goal.position if moves[:3].any() else now.position,
                 goal.orientation if moves[3:].any() else now.orientation,
             )
-            for now, goal, moves in zip(self.grips, self.goal_grips, self.moves, strict=True)
+            for now, goal, moves in zip(self.grips, self.goal.grips, self.moves, strict=True)
         )
         return left, right
 
@@ -149,7 +135,7 @@ class Problem:
         return longest_grip_distance(
             PATH_STRETCH_SHARE,
             self.limits.overstretch * self.rod.properties.length,
-            max(grip_distance(self.grips), grip_distance(self.goal_grips)),
+            max(grip_distance(self.grips), grip_distance(self.goal.grips)),
         )
 
     @property

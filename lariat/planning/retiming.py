@@ -177,7 +177,7 @@ def _failure(
             f"blocked: every path found comes within {1e3 * clearance:.1f} mm of an obstacle "
             f"({1e3 * least:.1f} mm needed)"
         )
-    needed = grip_distance(problem.goal_grips)
+    needed = grip_distance(problem.goal.grips)
     if candidate.error > problem.tolerance and needed > problem.longest_grip_distance:
         return (
             f"unreachable: the grips of the goal are {needed:.4f} m apart, and a path brings them "

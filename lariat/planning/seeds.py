@@ -82,7 +82,7 @@ def random_via_paths(
     """
     random = np.random.default_rng([problem.seed, 1])
     begin = np.stack([g.position for g in problem.grips])
-    end = np.stack([g.position for g in problem.goal_grips])
+    end = np.stack([g.position for g in problem.goal.grips])
     moves = problem.moves[:, :3]
     low, high = np.array(problem.limits.workspace)
     length = problem.rod.properties.length
@@ -106,7 +106,7 @@ def lift_offsets(
     problem: Problem, settings: SeedSettings = SEED_SETTINGS
 ) -> list[Float64[np.ndarray, "3"]]:
     """Return lifts that bring the lowest point of the rope over relevant obstacles [m]."""
-    lowest = min(problem.state.positions[:, 2].min(), problem.goal[:, 2].min())
+    lowest = min(problem.state.positions[:, 2].min(), problem.goal.nodes[:, 2].min())
     need = problem.clearance + problem.radius + settings.lift_margin
     tops = sorted({round(_extent(o, 2)[1], 3) for o in _relevant_obstacles(problem, settings)})
     lifts = [top + need - lowest for top in tops]
@@ -118,7 +118,7 @@ def sidestep_offsets(
     problem: Problem, settings: SeedSettings = SEED_SETTINGS
 ) -> list[Float64[np.ndarray, "3"]]:
     """Return horizontal sidesteps to both sides of all relevant obstacles [m]."""
-    nodes = np.concatenate([problem.state.positions, problem.goal])
+    nodes = np.concatenate([problem.state.positions, problem.goal.nodes])
     need = problem.clearance + problem.radius + settings.sidestep_margin
     relevant = _relevant_obstacles(problem, settings)
     offsets = []
@@ -138,7 +138,7 @@ def _carried_path(
 ) -> Displacements:
     """Path at an offset, with the grips at least `stretch` rope lengths apart in between."""
     begin = np.stack([g.position for g in problem.grips])
-    end = np.stack([g.position for g in problem.goal_grips])
+    end = np.stack([g.position for g in problem.goal.grips])
     s = np.linspace(0.0, 1.0, blocks + 1)[:, None, None]
     if not offset.any() and not stretch:
         path = begin + s * (end - begin)
@@ -166,7 +166,7 @@ def _stretching(
 def _relevant_obstacles(problem: Problem, settings: SeedSettings) -> list[Obstacle]:
     """Obstacles near any of the straight paths of the nodes."""
     s = np.linspace(0.0, 1.0, 9)[:, None, None]
-    swept = problem.state.positions + s * (problem.goal - problem.state.positions)
+    swept = problem.state.positions + s * (problem.goal.nodes - problem.state.positions)
     reach = settings.relevant_distance + problem.clearance
     lowest = float(swept[..., 2].min()) - problem.radius
     return [

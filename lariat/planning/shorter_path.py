@@ -44,11 +44,9 @@ def _nearest_reachable(
     """Path to the shape nearest to the goal that the grid search found without collision."""
     if grid_path is None or grid_path.reaches_goal or len(grid_path.grips) < 2:
         return None
-    near = replace(
-        problem,
-        goal=grid_path.end_nodes,
-        goal_grips=grid_path.end_grips,
-        oriented=(False, False),
+    left, right = grid_path.end_grips
+    near = problem.with_goal(
+        nodes=grid_path.end_nodes, left=left, right=right, left_oriented=False, right_oriented=False
     )
     optimizer = PathOptimizer(near)
     displacements = block_displacements(grid_path.grips, optimizer.settings.blocks)
@@ -87,7 +85,7 @@ def _clear_part(
     for _, count, candidate, nodes in sorted(parts, key=lambda part: part[0])[: settings.max_parts]:
         displacements = candidate.displacements.copy()
         displacements[count:] = 0.0
-        near = replace(problem, goal=nodes, oriented=(False, False))
+        near = problem.with_goal(nodes=nodes, left_oriented=False, right_oriented=False)
         shorter = PathOptimizer(near)
         path = retime(near, shorter, shorter.follow(displacements))
         if path.clearance >= least and not path.arm_fault:

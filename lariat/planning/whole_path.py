@@ -152,12 +152,12 @@ def _search_trees(
 def _is_rest_shape(problem: Problem, settings: PlannerSettings) -> bool:
     """Whether the goal is near a shape that the rope takes between its grips."""
     left, right = problem.feasible_goal_grips
-    guess = state_along(problem.goal, left.orientation, right.orientation)
+    guess = state_along(problem.goal.nodes, left.orientation, right.orientation)
     try:
         rest = problem.rod.rest(left, right, guess=guess, obstacles=problem.packed_supports)
     except ValueError:
         return False
-    apart = polylines.mean_node_distance(rest.state.positions, problem.goal)
+    apart = polylines.mean_node_distance(rest.state.positions, problem.goal.nodes)
     return apart < settings.max_rest_error
 
 
@@ -179,6 +179,6 @@ def _conflict_at_goal(problem: Problem) -> str:
     """Words on the obstacle with which the goal overlaps most, or the region that it leaves."""
     worst = min(
         problem.obstacles,
-        key=lambda o: geometry.chain_clearance(problem.goal, problem.radius, [o]),
+        key=lambda o: geometry.chain_clearance(problem.goal.nodes, problem.radius, [o]),
     )
     return f"leaves region {worst.name!r}" if worst.keep_in else f"lies in obstacle {worst.name!r}"

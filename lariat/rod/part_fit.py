@@ -21,8 +21,6 @@ from lariat.rod.rod import Rod
 from lariat.rod.state import RodState
 from lariat.rod.twist import add_turns
 
-MIN_PART_NODES = 3
-"""Least number of nodes of a part that has a shape."""
 DISPLACEMENT, ROTATION = 0.001, 0.005
 """Displacement [m] and rotation [rad] of a grip for finite differences."""
 MAX_STEP = 0.04

@@ -17,7 +17,7 @@ from lariat.files.file_kind import TEXT_KINDS, kind_of
 from lariat.scenario.aliases import with_current_keys
 from lariat.scenario.checks import check
 from lariat.scenario.scenario import SCENARIO_VERSION, Scenario
-from lariat.scenario.sections import SIDES, Event, Obstacle, Rope, Shape, Side
+from lariat.scenario.sections import SIDES, Event, Goal, Obstacle, Rope, Shape, Side
 from lariat.scenario.shipped import find
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "SIDES",
     "ConfigurationError",
     "Event",
+    "Goal",
     "Obstacle",
     "Rope",
     "Scenario",

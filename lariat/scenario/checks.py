@@ -46,10 +46,8 @@ def check(scenario: Scenario) -> None:
     for marker in markers:
         if markers.count(marker) > 1:
             raise ConfigurationError(f"two obstacles have marker {marker}; give each its own")
-    if scenario.start.part is not None:
-        raise ConfigurationError("start.part: the start is a shape of the whole rope")
-    if scenario.start.ends_only:
-        raise ConfigurationError("start.ends_only: the start is a shape of the whole rope")
+    if term := scenario.start.leaves_free:
+        raise ConfigurationError(f"start.{term}: the start is a shape of the whole rope")
     for key in ("start", "goal"):
         _check_shape(scenario, key, getattr(scenario, key))
     for index, shape in enumerate(scenario.next_goals):

@@ -105,9 +105,10 @@ def _default(item: Field[Any]) -> str:
 
 def field_notes(kind: type) -> dict[str, str]:
     """Return the docstring after each field of a dataclass, by the field's name."""
-    node = _class_definitions(kind.__module__)[kind.__name__]
+    bases = (base for base in reversed(kind.__mro__) if is_dataclass(base))
+    nodes = (_class_definitions(base.__module__)[base.__name__] for base in bases)
     notes, last = {}, ""
-    for line in node.body:
+    for line in (line for node in nodes for line in node.body):
         if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name):
             last = line.target.id
         elif isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) and last:

@@ -11,13 +11,12 @@ from lariat.control.estimation.rope_observation import RopeObservation
 from lariat.control.mpc.receding_horizon import Command
 from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
 from lariat.control.run.arm_condition import ArmCondition
-from lariat.control.run.goals import GoalRequest
+from lariat.control.run.goals import Pull
 from lariat.control.run.reasons import Reason
 from lariat.control.run.requests import Preview, Request, RequestAction
-from lariat.control.run.task import Goal
 from lariat.control.supervision.path_choice import PathOffer
 from lariat.safety.motion_contract import SETPOINT_PERIOD
-from lariat.scenario import SIDES
+from lariat.scenario import SIDES, Goal
 from lariat.trajectory import MotionState, SetpointChunk
 from shared import messages
 from shared.messages import (
@@ -36,6 +35,8 @@ from shared.messages import (
     XpbdParameters,
     arm_state,
     chain,
+    goal_message,
+    goal_of,
 )
 
 STILL = (0.0, 0.0, 0.0)
@@ -81,51 +82,19 @@ def arm_condition(arms: ArmStates, session: str) -> ArmCondition:
     return ArmCondition(armed, arms.may_move, arms.reason, arms.reset_count, refused, arms.refusal)
 
 
-def goal_message(goal: Goal) -> messages.Goal:
-    """Message of a goal."""
-    return messages.Goal(
-        positions=goal.nodes.ravel().tolist(),
-        left=messages.grip(goal.left),
-        right=messages.grip(goal.right),
-        left_oriented=goal.left_oriented,
-        right_oriented=goal.right_oriented,
-        turns=goal.turns,
-        part=goal.part,
-        ends_only=goal.ends_only,
-    )
-
-
-def goal_request(message: messages.Goal) -> GoalRequest:
-    """Goal of a request: nodes, or grips between which the rod comes to rest."""
-    nodes = chain(message.positions) if message.positions else None
-    grips = None
-    if nodes is None or (message.left.position and message.right.position):
-        grips = messages.grip_pose(message.left), messages.grip_pose(message.right)
-    part = (message.part[0], message.part[1]) if message.part else None
-    return GoalRequest(
-        nodes,
-        grips,
-        message.left_oriented,
-        message.right_oriented,
-        message.turns,
-        part=part,
-        ends_only=message.ends_only,
-    )
-
-
 def task_request(message: TaskRequest) -> Request:
     """Request of a person; an action that this version does not know becomes None."""
     known = message.action in TaskRequest.Action.values()
     action = RequestAction[TaskRequest.Action.Name(message.action)] if known else None
-    goal = goal_request(message.goal) if action is RequestAction.SET_GOAL else None
+    goal = goal_of(message.goal) if action is RequestAction.SET_GOAL else None
     return Request(message.id, action, goal, message.key, message.value)
 
 
-def draft_request(message: GoalDraft) -> GoalRequest:
-    """Grips that are being dragged, or a node between them, as a goal."""
+def draft_request(message: GoalDraft) -> tuple[Goal, Pull | None]:
+    """Goal between grips that are being dragged, and the node between them that is pulled."""
     grips = messages.grip_pose(message.left), messages.grip_pose(message.right)
     pull = (message.node, np.array(message.pull)) if message.pull else None
-    return GoalRequest(grips=grips, turns=message.turns, pull=pull)
+    return Goal(np.zeros((0, 3)), *grips, turns=message.turns), pull
 
 
 def preview_message(preview: Preview, draft: str, now: int) -> GoalPreview:

@@ -96,7 +96,7 @@ class ControllerService:
             controller.take_path(path_offer(path.message))
         draft = inbox.fresh(topics.TASK_GOAL_DRAFT)
         if draft is not None:
-            preview = controller.preview(draft_request(draft.message))
+            preview = controller.preview(*draft_request(draft.message))
             message = preview_message(preview, draft.message.id, now)
             yield Publication(topics.TASK_GOAL_PREVIEW, message)
         for output in controller.step(now):

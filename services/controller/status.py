@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from lariat.control.run.state_machine import RunState
 from lariat.rope_controller import RopeController
 from lariat.trajectory import SECOND
-from services.controller.messages import goal_message, parameters_message
+from services.controller.messages import parameters_message
 from shared import topics
-from shared.messages import RunResult, TaskState
+from shared.messages import RunResult, TaskState, goal_message
 from shared.runtime.service import Publication
 
 ACTIVE_TASK_PERIOD = SECOND // 5

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -15,9 +16,9 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState, add_turns, count_turns_along, state_along
 from lariat.rod.part_fit import fit_part
 from lariat.scenario.rod_properties import rod_properties
-from lariat.scenario.sections import Rope
+from lariat.scenario.sections import Goal, Rope
 from services.planner.parameter_update import is_learnt, unsure_properties, updated_properties
-from shared.messages import Goal, NodeChain, RodParameters, chain, grip_pose
+from shared.messages import NodeChain, RodParameters, chain
 from shared.messages.parameters import held_ends
 
 log = logging.getLogger(__name__)
@@ -68,10 +69,8 @@ class KnownRope:
         """Poses of the rope's ends between two grips."""
         return left @ self.held[0], right @ self.held[1]
 
-    def goal(
-        self, goal: Goal, obstacles: Sequence[Obstacle]
-    ) -> tuple[Float64[np.ndarray, "n 3"], tuple[Pose, Pose]]:
-        """Nodes [m] and ends of a goal; beside a part that counts, they are fitted with this rod.
+    def goal(self, goal: Goal, obstacles: Sequence[Obstacle]) -> Goal:
+        """Goal of this rod's nodes and ends; beside a part that counts, they are fitted with it.
 
         Where the ends alone count, the rope's own ends are to come to the goal's poses.
 
@@ -79,22 +78,21 @@ class KnownRope:
             goal: The goal.
             obstacles: Obstacles, supports among them.
         """
-        nodes = self._resampled(chain(goal.positions))
-        grips = grip_pose(goal.left), grip_pose(goal.right)
-        ends = grips if goal.ends_only else self.ends(*grips)
+        nodes = self._resampled(goal.nodes)
+        ends = goal.grips if goal.ends_only else self.ends(*goal.grips)
         supports = pack_supports(obstacles)
         try:
             if goal.ends_only:
-                return self.rod.rest(*ends, obstacles=supports).state.positions, ends
+                nodes = self.rod.rest(*ends, obstacles=supports).state.positions
             if goal.part:
                 counted = polylines.within(nodes, *goal.part)
                 fit = fit_part(
                     self.rod, ends, self._moves, nodes[counted], counted, goal.turns, supports
                 )
-                return np.where(counted[:, None], nodes, fit.state.positions), fit.grips
+                nodes, ends = np.where(counted[:, None], nodes, fit.state.positions), fit.grips
         except ValueError:
             pass  # A goal that this rod does not take is approached as it is given.
-        return nodes, ends
+        return replace(goal, nodes=nodes, left=ends[0], right=ends[1], part=None)
 
     def rest_state(
         self,

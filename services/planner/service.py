@@ -15,7 +15,7 @@ from lariat.planning.extension import ExtensionPlanner
 from lariat.planning.moving_obstacles import divided, plan_departure
 from lariat.planning.problem import Problem, WholePath
 from lariat.rod import RodState
-from lariat.scenario import SIDES, Scenario
+from lariat.scenario import SIDES, Goal, Scenario
 from lariat.scenario.extensions import extension
 from lariat.scenario.sections import PATH_PLANNERS
 from lariat.trajectory import NANOSECONDS, SECOND
@@ -31,6 +31,7 @@ from shared.messages import (
     SceneMotion,
     TaskState,
     arm_pose,
+    goal_of,
     obstacle_motions,
     poses_known,
     scene_obstacles,
@@ -92,12 +93,9 @@ class PlannerService:
         grips = self._scenario.grips(self._scenario.start)
         state = self._rope.rod.rest(*grips).state
         shift = np.array([0.0, 0.0, 0.01]) * self._moves.any(axis=1).all()
-        goal = tuple(Pose(g.position + shift, g.orientation) for g in grips)
-        self._find(
-            self.problem(
-                state, grips, state.positions + shift, (goal[0], goal[1]), self._scenario.bodies
-            )
-        )
+        raised = (Pose(g.position + shift, g.orientation) for g in grips)
+        goal = Goal(state.positions + shift, *raised)
+        self._find(self.problem(state, grips, goal, self._scenario.bodies))
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Publish a path when one is due, and repeat the last one once a second."""
@@ -189,18 +187,8 @@ class PlannerService:
         except ValueError as error:
             message.reason = f"the rod has no shape at rest between the grips: {error}"
             return message
-        goal, goal_grips = self._rope.goal(task.goal, obstacles)
-        problem = self.problem(
-            state,
-            grips,
-            goal,
-            goal_grips,
-            obstacles,
-            (task.goal.left_oriented, task.goal.right_oriented),
-            round(task.goal.turns),
-            task.replan_count,
-            task.goal.ends_only,
-        )
+        goal = self._rope.goal(goal_of(task.goal), obstacles)
+        problem = self.problem(state, grips, goal, obstacles, task.replan_count)
         if at_rest(arms):
             self._mismatch = self._rope.mismatch_margin(state, rope)
         margin = max(task.clearance_margin, self._mismatch)
@@ -233,27 +221,19 @@ class PlannerService:
         self,
         state: RodState,
         grips: tuple[Pose, Pose],
-        goal: np.ndarray,
-        goal_grips: tuple[Pose, Pose],
+        goal: Goal,
         obstacles: tuple[Obstacle, ...],
-        oriented: tuple[bool, bool] = (False, False),
-        turns: int = 0,
         replan_count: int = 0,
-        ends_only: bool = False,
     ) -> Problem:
         """Return the planning problem of this cell from one shape to another.
 
         Args:
             state: Rope at rest between the grips.
             grips: Grips at the start.
-            goal: Nodes of the goal [m].
-            goal_grips: Grips of the goal.
+            goal: Goal, of which the whole shape counts, or the ends alone.
             obstacles: Obstacles of the scene, supports among them. The regions that the scenario
                 keeps the rope in join them.
-            oriented: Whether the orientation of each goal grip is prescribed.
-            turns: Whole turns of twist of the goal.
             replan_count: Number of requests for another path.
-            ends_only: Whether the ends alone are the goal.
         """
         scenario = self._scenario
         return Problem(
@@ -261,7 +241,6 @@ class PlannerService:
             state=state,
             grips=grips,
             goal=goal,
-            goal_grips=goal_grips,
             moves=self._moves,
             variants=self._rope.variants,
             held=self._rope.held,
@@ -270,10 +249,7 @@ class PlannerService:
             limits=scenario.limits,
             clearance=scenario.control.clearance,
             tolerance=scenario.run.tolerance,
-            oriented=oriented,
-            ends_only=ends_only,
             angle_tolerance=scenario.run.angle_tolerance,
-            turns=turns,
             # A repeated request tries other random paths.
             seed=scenario.seed + replan_count,
             planning_time=scenario.control.planning_time,

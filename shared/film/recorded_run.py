@@ -18,7 +18,7 @@ from lariat.scenario import SIDES, Scenario, Side
 from lariat.trajectory import SECOND
 from shared import topics
 from shared.film.arm_bodies import arm_bodies
-from shared.messages import IDLE, chain, counted_nodes, obstacle_motions, scene_obstacles, stamp_of
+from shared.messages import IDLE, chain, goal_of, obstacle_motions, scene_obstacles, stamp_of
 from shared.recording import Recording
 
 STEM_RADIUS = 0.008
@@ -106,7 +106,7 @@ class RecordedRun:
         share = float(np.clip(share, 0.0, 1.0))
         nodes = (1.0 - share) * self._nodes[k] + share * self._nodes[after]
         task = self._latest(topics.TASK_STATE.key, now)
-        goal = chain(task.goal.positions)
+        goal = goal_of(task.goal)
         path = self._latest(topics.CONTROLLER_PATH.key, now)
         ways = [chain(p) for p in (path.left_positions, path.right_positions)] if path else []
         scene = self._latest(topics.SCENE_STATE.key, now)
@@ -114,15 +114,15 @@ class RecordedRun:
         if (motion := self._latest(topics.SCENE_MOTION.key, now)) is not None:
             obstacles = obstacles_at(obstacles, obstacle_motions(motion), now)
         grips = self._grippers(nodes, now)
-        distance = polylines.resample_smooth(nodes, len(goal)) - goal
+        distance = polylines.resample_smooth(nodes, len(goal.nodes)) - goal.nodes
         return Instant(
             nodes,
             tuple(grips.values()),
-            goal,
+            goal.nodes,
             np.array(ways).reshape(2, -1, 3) if ways else np.zeros((2, 0, 3)),
             tuple(o for o in obstacles if o.shape != "half_space"),
             self._arm_bodies(grips, now),
-            float(np.linalg.norm(distance, axis=1)[counted_nodes(task.goal)].mean()),
+            float(np.linalg.norm(distance, axis=1)[goal.counted].mean()),
             self._others(now),
             self._view(now),
         )

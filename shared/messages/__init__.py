@@ -9,11 +9,12 @@ from __future__ import annotations
 import numpy as np
 from google.protobuf.message import Message
 from google.protobuf.timestamp_pb2 import Timestamp
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64
 
-from lariat.geometry import obstacle_motion, polylines
+from lariat.geometry import obstacle_motion
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.poses import Pose
+from lariat.scenario.sections import goal as scenario_goal
 from lariat.trajectory import NANOSECONDS
 from shared.messages.arm_pb2 import (
     ArmCommand,
@@ -146,10 +147,9 @@ __all__ = [
     "arm_pose",
     "arm_state",
     "chain",
-    "counted_nodes",
     "from_timestamp",
-    "goal_angle",
-    "goal_curve",
+    "goal_message",
+    "goal_of",
     "grip",
     "grip_pose",
     "motion_message",
@@ -167,37 +167,29 @@ def chain(flat: object) -> Float64[np.ndarray, "n 3"]:
     return np.asarray(flat, dtype=np.float64).reshape(-1, 3)
 
 
-def counted_nodes(goal: Goal) -> Bool[np.ndarray, "n"]:
-    """Return which nodes of a goal count: all, those of its part, or those at the ends."""
-    nodes = chain(goal.positions)
-    if goal.ends_only:
-        return polylines.ends_of(len(nodes))
-    return polylines.within(nodes, *goal.part) if goal.part else np.ones(len(nodes), dtype=bool)
+def goal_message(goal: scenario_goal.Goal) -> Goal:
+    """Return the message of a goal."""
+    return Goal(
+        positions=goal.nodes.ravel().tolist(),
+        left=grip(goal.left),
+        right=grip(goal.right),
+        left_oriented=goal.left_oriented,
+        right_oriented=goal.right_oriented,
+        **goal.terms,
+    )
 
 
-def goal_curve(goal: Goal) -> Float64[np.ndarray, "k 3"]:
-    """Return the nodes of a goal that are drawn [m].
-
-    They are those that count; for a goal of the ends alone, the shape in which the rod would rest.
-    """
-    nodes = chain(goal.positions)
-    return nodes if goal.ends_only else nodes[counted_nodes(goal)]
-
-
-def goal_angle(goal: Goal, nodes: Float64[np.ndarray, "n 3"]) -> float:
-    """Return the largest angle of a rope's ends from a goal that they alone make up [rad].
-
-    It is that of the tangents; a rotation about the rope's axis does not count.
-
-    Args:
-        goal: Goal; of one with a shape, the angle is zero.
-        nodes: Nodes of the rope [m].
-    """
-    if not goal.ends_only or len(nodes) < 2:
-        return 0.0
-    oriented = np.array([goal.left_oriented, goal.right_oriented])
-    grips = np.array([goal.left.orientation, goal.right.orientation])
-    return float(np.max(polylines.end_angles(nodes, grips), where=oriented, initial=0.0))
+def goal_of(message: Goal) -> scenario_goal.Goal:
+    """Return the goal of a message; what the message lacks of nodes and grips is empty."""
+    terms = {name: getattr(message, name) for name in scenario_goal.TERMS}
+    return scenario_goal.Goal(
+        chain(message.positions),
+        grip_pose(message.left),
+        grip_pose(message.right),
+        message.left_oriented,
+        message.right_oriented,
+        **terms | {"part": tuple(message.part) or None},
+    )
 
 
 def grip(pose: Pose) -> Grip:

@@ -6,6 +6,7 @@ controller had learnt is not carried over: estimates start as the scenario gives
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +23,7 @@ from shared.messages import (
     SceneMotion,
     arm_pose,
     chain,
-    counted_nodes,
-    grip_pose,
+    goal_of,
     obstacle_motions,
     scene_obstacles,
 )
@@ -68,22 +68,20 @@ def scenario_at(recording: Recording, folder: Path, seconds: float) -> Scenario:
             f"--from {seconds:g}: rope, arms or task were not known yet; choose a later moment"
         )
     np.savetxt(folder / START_FILE, chain(rope.positions), delimiter=",", fmt="%.6f")
-    wanted, counted = chain(task.goal.positions), counted_nodes(task.goal)
-    np.savetxt(folder / GOAL_FILE, wanted[counted], delimiter=",", fmt="%.6f")
+    goal = goal_of(task.goal)
+    counted = goal.counted
+    np.savetxt(folder / GOAL_FILE, goal.nodes[counted], delimiter=",", fmt="%.6f")
+    if goal.part is not None:
+        begin, end = polylines.arc_lengths(goal.nodes)[counted][[0, -1]].tolist()
+        goal = replace(goal, part=(begin, end))
     start: dict[str, Any] = {"nodes": START_FILE, "turns": float(round(task.turns))}
-    goal: dict[str, Any] = {"nodes": GOAL_FILE, "turns": float(task.goal.turns)}
-    if task.goal.ends_only:
-        goal = {
-            "line": [numbers(end.position) for end in (task.goal.left, task.goal.right)],
-            "ends_only": True,
-        }
-    if task.goal.part:
-        goal["part"] = numbers(polylines.arc_lengths(wanted)[counted][[0, -1]])
     for side in SIDES:
         start[f"{side}_orientation"] = numbers(arm_pose(arms, side).orientation)
-        pose = grip_pose(task.goal.left if side == "left" else task.goal.right)
-        goal[f"{side}_orientation"] = numbers(pose.orientation)
-    settings = [f"start={inline(start)}", f"goal={inline(goal)}", "events=[]"]
+    settings = [
+        f"start={inline(start)}",
+        f"goal={inline(goal.entry(SIDES, GOAL_FILE))}",
+        "events=[]",
+    ]
     scene = newest.get(topics.SCENE_STATE.key)
     if scene is not None:
         table = {b.name for b in scenario.bodies} - {

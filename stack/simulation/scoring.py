@@ -9,17 +9,15 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
-from lariat.scenario import Scenario
+from lariat.scenario import Goal, Scenario
 from lariat.simulation.distractors import MovingTubes
 from lariat.trajectory import NANOSECONDS, SECOND
 from services.sim.marked_obstacles import MarkedObstacles
 from shared import topics
 from shared.messages import (
     IDLE,
-    Goal,
     chain,
-    counted_nodes,
-    goal_angle,
+    goal_of,
     obstacle_motions,
     scene_obstacles,
 )
@@ -79,9 +77,7 @@ class Scorer:
         self._distractors = MovingTubes(self.scenario.distractors)
         self._radius = self.scenario.plant_rope.diameter / 2.0
         self._clearance = LeastClearance(self._radius)
-        self._goal: Float64[np.ndarray, "n 3"] | None = None
-        self._wanted = Goal()
-        self._counted = np.zeros(0, dtype=bool)
+        self._goal: Goal | None = None
         self._nodes: Float64[np.ndarray, "n 3"] | None = None
         self._first_replans = 0
 
@@ -132,9 +128,7 @@ class Scorer:
 
     def _take_task(self, task) -> None:
         if task.goal.positions:
-            self._goal = chain(task.goal.positions)
-            self._counted = counted_nodes(task.goal)
-            self._wanted = task.goal
+            self._goal = goal_of(task.goal)
         if not self.started:
             self._first_replans = task.replan_count
             if task.state != IDLE:
@@ -148,11 +142,11 @@ class Scorer:
         self._nodes = nodes
         if self._goal is not None:
             resampled = nodes
-            if len(nodes) != len(self._goal):
-                resampled = rope.resampled(len(self._goal))
-            distances = np.linalg.norm(resampled - self._goal, axis=1)[self._counted]
+            if len(nodes) != len(self._goal.nodes):
+                resampled = rope.resampled(len(self._goal.nodes))
+            distances = np.linalg.norm(resampled - self._goal.nodes, axis=1)[self._goal.counted]
             self.errors.append((stamp, float(np.mean(distances)), float(np.max(distances))))
-            self.angles.append(goal_angle(self._wanted, nodes))
+            self.angles.append(self._goal.angle(nodes))
         deviation = abs(polylines.length(nodes) - self.scenario.plant_rope.length)
         self.length_error = max(self.length_error, deviation)
         self._take_distractors(stamp, nodes)
@@ -190,7 +184,7 @@ class Scorer:
     @property
     def final_angle(self) -> float | None:
         """Angle of the rope's ends from a goal that they alone make up, at the end [rad]."""
-        if not self._wanted.ends_only or not self.angles:
+        if self._goal is None or not self._goal.ends_only or not self.angles:
             return None
         last = [
             angle
@@ -208,7 +202,7 @@ class Scorer:
         if self._goal is None or self._nodes is None:
             return np.inf
         curve = polylines.resample_smooth(self._nodes, CURVE_POINTS)
-        wanted = self._goal[self._counted]
+        wanted = self._goal.nodes[self._goal.counted]
         return float(np.mean(np.min(polylines.point_distances(wanted, curve), axis=1)))
 
     @property

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -73,12 +71,12 @@ def test_an_end_that_rotates_comes_to_its_orientation() -> None:
 
 def test_plan_is_judged_by_the_ends_alone() -> None:
     problem = scenario_problem(cell("ends_only=true"))
-    bent = problem.goal.copy()
+    bent = problem.goal.nodes.copy()
     bent[1:-1, 2] -= 0.05
     assert problem.goal_error(bent) < 1e-12
-    shifted = problem.goal + np.array([0.0, 0.002, 0.0])
+    shifted = problem.goal.nodes + np.array([0.0, 0.002, 0.0])
     assert problem.goal_error(shifted) == pytest.approx(0.002)
-    away = replace(problem, goal=bent)
+    away = problem.with_goal(nodes=bent)
     found = PathOptimizer(away)
     (straight,) = found.evaluate([np.zeros((found.settings.blocks, 2, 3))])
     best = found.refine(straight, 12)

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle
-from lariat.scenario import SIDES, Scenario
+from lariat.scenario import SIDES, Goal, Scenario
 from lariat.scenario.aliases import with_current_keys
 from lariat.scenario.entries import inline, numbers, obstacle_entry
-from shared.messages import Goal
 
 SAME = 1e-6
 """Largest difference of two equal coordinates [m], or components of a quaternion [-]."""
@@ -25,10 +23,9 @@ def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
         goal: Present goal of the task.
         scenario: Scenario that runs.
     """
-    grips = (goal.left, goal.right)
-    if any(len(g.position) != 3 or len(g.orientation) != 4 for g in grips):
+    if any(len(g.position) != 3 or len(g.orientation) != 4 for g in goal.grips):
         return []
-    same_part = list(goal.part) == list(scenario.goal.part or ())
+    same_part = goal.part == scenario.goal.part
     # The grips of the scenario's own part were found, and are found again.
     if same_part and scenario.goal.leaves_grips_open:
         return []
@@ -37,21 +34,12 @@ def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
     is_own = all(
         (end.driver == "fixed" or np.allclose(grip.position, pose.position, atol=SAME))
         and (not end.rotates or abs(np.dot(grip.orientation, pose.orientation)) > 1.0 - SAME)
-        for end, grip, pose in zip(ends, grips, scenario.grips(scenario.goal), strict=True)
+        for end, grip, pose in zip(ends, goal.grips, scenario.grips(scenario.goal), strict=True)
     )
-    is_own &= goal.ends_only == scenario.goal.ends_only
-    if is_own and same_part and goal.turns == scenario.goal.turns:
+    if is_own and goal.terms == scenario.goal.terms:
         return []
-    left, right = (numbers(g.position) for g in grips)
-    table: dict[str, Any] = {"line": [left, right], "turns": float(goal.turns)}
-    if goal.ends_only:
-        table["ends_only"] = True
-    for side, end, grip in zip(SIDES, ends, grips, strict=True):
-        if end.rotates:
-            table[f"{side}_orientation"] = numbers(grip.orientation)
-    if goal.part:
-        table["part"] = numbers(goal.part)
-    return [f"goal={inline(table)}"]
+    rotating = [side for side, end in zip(SIDES, ends, strict=True) if end.rotates]
+    return [f"goal={inline(goal.entry(rotating))}"]
 
 
 def obstacle_settings(obstacles: Sequence[Obstacle], scenario: Scenario) -> list[str]:

@@ -17,7 +17,7 @@ from dashboard.panels.scenario.present_scene import goal_settings, obstacle_sett
 from dashboard.panels.scenario.setting_editor import SettingEditor
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import MAX_SCENARIO_SIZE, SIDES, Scenario
-from shared.messages import StackRequest, StackState, TaskState
+from shared.messages import StackRequest, StackState, TaskState, goal_of
 from shared.messages.validation import MAX_TEXT_LENGTH
 
 NO_LAUNCHER = (
@@ -218,7 +218,7 @@ class ScenarioPanel:
         settings = self._editor.settings
         if with_scene:
             if self._task is not None:
-                settings = settings + goal_settings(self._task.goal, self._scenario)
+                settings = settings + goal_settings(goal_of(self._task.goal), self._scenario)
             settings = settings + obstacle_settings(self._obstacles, self._scenario)
         if any(len(setting) > MAX_TEXT_LENGTH for setting in settings):
             text = "There are too many obstacles to save them from here; edit the file instead."

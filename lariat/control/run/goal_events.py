@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 from lariat.control.run.reasons import ReasonCode
 from lariat.control.run.state_machine import RunEvent, RunState
-from lariat.control.run.task import Goal, Task
-from lariat.scenario import Shape
+from lariat.control.run.task import Task
+from lariat.scenario import Goal, Shape
 from lariat.scenario.sections import Event
 from lariat.trajectory import SECOND
 

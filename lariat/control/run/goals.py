@@ -9,13 +9,14 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.control.run.node_drag_solver import Sculptor
-from lariat.control.run.task import Goal, RequestRefused
+from lariat.control.run.task import RequestRefused
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, chain_clearance, pack_supports
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, add_turns
-from lariat.rod.part_fit import MIN_PART_NODES, fit_part, part_points
-from lariat.scenario import SIDES, Scenario, Shape
+from lariat.rod.part_fit import fit_part, part_points
+from lariat.scenario import SIDES, Goal, Scenario, Shape
+from lariat.scenario.sections import MIN_PART_NODES
 
 MAX_LENGTH_ERROR = 0.03
 """Largest deviation of a goal's length from the rope's, as a share of the rope's length [-]."""
@@ -24,27 +25,8 @@ MAX_PART_ERROR = 0.01
 MAX_SUPPORT_PENETRATION = 0.002
 """Largest depth of a goal in a support [m]; a rope at rest presses into it a little."""
 
-
-@dataclass(frozen=True)
-class GoalRequest:
-    """Goal as a person gives it: nodes, or grips between which the rod comes to rest."""
-
-    nodes: Float64[np.ndarray, "n 3"] | None = None
-    """Nodes of the rope [m]; None for the rod at rest between the grips."""
-    grips: tuple[Pose, Pose] | None = None
-    """Left and right grip; None for those of the scenario's start."""
-    left_oriented: bool = False
-    """Whether the orientation of the left grip is part of a goal given by nodes."""
-    right_oriented: bool = False
-    """Whether the orientation of the right grip is part of a goal given by nodes."""
-    turns: float = 0.0
-    """Twist of the right end against the left one [turns]."""
-    pull: tuple[int, Float64[np.ndarray, "3"]] | None = None
-    """Node and place to which it is pulled [m]; None where the grips stay."""
-    part: tuple[float, float] | None = None
-    """Distances from the left grip of the part that counts [m]; None for the whole rope."""
-    ends_only: bool = False
-    """Whether the ends alone count; the shape between them is free."""
+Pull = tuple[int, Float64[np.ndarray, "3"]]
+"""Node, and the place to which it is pulled [m]."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +57,7 @@ class GoalFactory:
         nodes = self.scenario.nodes(shape)
         if nodes is None:
             whole = self.at_rest(*grips, self.scenario.bodies, shape.turns)
-            if shape.part is not None:
-                return _of_part_alone(whole, shape.part)
-            return replace(whole, ends_only=shape.ends_only)
+            return _counting(whole, shape)
         rotates = [self.scenario.end(side).rotates for side in SIDES]
         # Twist is counted between the orientations of the ends.
         given = [
@@ -89,7 +69,7 @@ class GoalFactory:
             *grips,
             left_oriented=rotates[0] and given[0],
             right_oriented=rotates[1] and given[1],
-            turns=shape.turns,
+            **shape.terms,
         )
 
     def prepare(self) -> None:
@@ -103,35 +83,31 @@ class GoalFactory:
             if shape.leaves_grips_open:
                 self.from_shape(shape)
 
-    def from_request(self, request: GoalRequest, obstacles: tuple[Obstacle, ...]) -> Goal:
+    def from_request(
+        self, request: Goal, obstacles: tuple[Obstacle, ...], pull: Pull | None = None
+    ) -> Goal:
         """Goal of a person's request, resampled to the nodes of the rope.
 
         Args:
-            request: Nodes, or grips.
+            request: Goal with nodes, or with grips alone; without grips, those of the start hold.
             obstacles: Obstacles of the scene, of which the supports count.
+            pull: Node of the rope at rest between the grips, and the place to which it is pulled
+                [m]; None where the grips stay.
 
         Raises:
             RequestRefused: The rod does not come to rest there, or the grips are too far apart.
         """
-        grips = self.feasible_grips(*(request.grips or self.start))
         nodes = request.nodes
-        if nodes is None and request.pull is not None:
-            grips = self._pulled(grips, request, obstacles)
-        if nodes is None:
-            goal = self.at_rest(*grips, obstacles, request.turns)
-            return replace(goal, ends_only=request.ends_only)
+        given = all(len(grip.position) for grip in request.grips)
+        grips = self.feasible_grips(*(request.grips if given or not len(nodes) else self.start))
+        if not len(nodes):
+            if pull is not None:
+                grips = self._pulled(grips, pull, request.turns, obstacles)
+            return replace(self.at_rest(*grips, obstacles, request.turns), **request.terms)
         count = self.scenario.rope.node_count
         if len(nodes) != count and len(nodes) >= 3:
             nodes = polylines.resample_smooth(nodes, count)
-        return Goal(
-            nodes,
-            *grips,
-            request.left_oriented,
-            request.right_oriented,
-            request.turns,
-            request.part,
-            request.ends_only,
-        )
+        return replace(request, nodes=nodes, left=grips[0], right=grips[1])
 
     def _of_part(self, nodes: Float64[np.ndarray, "m 3"], shape: Shape) -> Goal:
         """Rod at rest, leaning on the supports, a part of which lies on some nodes.
@@ -158,22 +134,23 @@ class GoalFactory:
             )
         nodes = fit.state.positions.copy()
         nodes[counted] = points
-        return Goal(nodes, *fit.grips, turns=shape.turns, part=part)
+        return Goal(nodes, *fit.grips, **shape.terms)
 
     def _pulled(
-        self, grips: tuple[Pose, Pose], request: GoalRequest, obstacles: tuple[Obstacle, ...]
+        self,
+        grips: tuple[Pose, Pose],
+        pull: Pull,
+        turns: float,
+        obstacles: tuple[Obstacle, ...],
     ) -> tuple[Pose, Pose]:
         """Grips whose rest shape comes nearer to where a node is pulled.
 
         Raises:
             RequestRefused: The rod has no rest shape between the grips, or no such node.
         """
-        assert request.pull is not None
         movable = [self.scenario.end(side).driver != "fixed" for side in SIDES]
         try:
-            return Sculptor(self.rod, movable).pull(
-                grips, *request.pull, request.turns, pack_supports(obstacles)
-            )
+            return Sculptor(self.rod, movable).pull(grips, *pull, turns, pack_supports(obstacles))
         except ValueError as error:
             raise RequestRefused(str(error)) from error
 
@@ -220,7 +197,7 @@ class GoalFactory:
                 f"{1e3 * rest.residual:.2f} mm); bring them further apart"
             )
         rotates = [self.scenario.end(side).rotates for side in SIDES]
-        return Goal(rest.state.positions, left, right, rotates[0], rotates[1], turns)
+        return Goal(rest.state.positions, left, right, rotates[0], rotates[1], turns=turns)
 
     def check(self, goal: Goal, obstacles: tuple[Obstacle, ...]) -> None:
         """Check that a goal is possible.
@@ -273,16 +250,19 @@ class GoalFactory:
                 )
 
 
-def _of_part_alone(goal: Goal, part: tuple[float, float]) -> Goal:
-    """Goal of which only a part counts.
+def _counting(goal: Goal, shape: Shape) -> Goal:
+    """Goal of the rope at rest of which only what a shape names counts.
 
     Raises:
-        RequestRefused: The part has too few nodes.
+        RequestRefused: A part has too few nodes.
     """
-    held = int(np.sum(polylines.within(goal.nodes, *part)))
+    counting = replace(goal, **shape.terms)
+    if shape.part is None:
+        return counting
+    held = int(np.sum(counting.counted))
     if held < MIN_PART_NODES:
-        raise RequestRefused(_too_few_nodes(part, held))
-    return replace(goal, left_oriented=False, right_oriented=False, part=part)
+        raise RequestRefused(_too_few_nodes(shape.part, held))
+    return replace(counting, left_oriented=False, right_oriented=False)
 
 
 def _too_few_nodes(part: tuple[float, float], held: int) -> str:

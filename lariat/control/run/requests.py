@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 from lariat.control.run.arm_condition import ArmCondition
-from lariat.control.run.goals import GoalFactory, GoalRequest
+from lariat.control.run.goals import GoalFactory, Pull
 from lariat.control.run.reasons import Reason
 from lariat.control.run.state_machine import RunState
-from lariat.control.run.task import Goal, RequestRefused, Task
+from lariat.control.run.task import RequestRefused, Task
 from lariat.geometry.obstacles import Obstacle
+from lariat.scenario import Goal
 
 
 class RequestAction(Enum):
@@ -33,7 +34,7 @@ class Request:
     """Id that the answer repeats."""
     action: RequestAction | None
     """Requested action; None for one that is not known, which changes nothing."""
-    goal: GoalRequest | None = None
+    goal: Goal | None = None
     """Goal of `SET_GOAL`."""
     key: str = ""
     """Name of the setting of `SET`."""
@@ -106,21 +107,26 @@ def carry_out(
 
 
 def preview(
-    request: GoalRequest, goals: GoalFactory, obstacles: tuple[Obstacle, ...], running: bool
+    request: Goal,
+    pull: Pull | None,
+    goals: GoalFactory,
+    obstacles: tuple[Obstacle, ...],
+    running: bool,
 ) -> Preview:
     """Rod at rest between grips that are being dragged, or the reason why there is none.
 
     Args:
         request: Grips of a person.
+        pull: Node that is pulled, and where to [m]; None where the grips stay.
         goals: Factory of goals.
         obstacles: Obstacles of the scene.
         running: Whether a run goes on, whose steps must not wait for a pulled node.
     """
-    if request.pull is not None and running:
+    if pull is not None and running:
         return Preview(None, "a run goes on; pause or stop it to pull the rope at a node")
     goal = None
     try:
-        goal = goals.from_request(request, obstacles)
+        goal = goals.from_request(request, obstacles, pull)
         goals.check(goal, obstacles)
     except ValueError as error:
         return Preview(goal, str(error))

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-from jaxtyping import Bool, Float64
-
 from lariat.control.run.reasons import Reason, ReasonCode
 from lariat.control.run.state_machine import ACTIVE, RunEvent, RunState, accepts, next_state
-from lariat.geometry import polylines
-from lariat.geometry.poses import Pose
+from lariat.scenario import Goal
 
 SETTING_VALUES = ("false", "true")
 """Values that a setting takes."""
@@ -18,48 +14,6 @@ SETTING_VALUES = ("false", "true")
 
 class RequestRefused(ValueError):
     """Refusal of a request, with the reason for the person who made it."""
-
-
-@dataclass(frozen=True)
-class Goal:
-    """Wanted shape of the rope and the grips that go with it."""
-
-    nodes: Float64[np.ndarray, "n 3"]
-    """Nodes of the rope [m]."""
-    left: Pose
-    """Left grip."""
-    right: Pose
-    """Right grip."""
-    left_oriented: bool = False
-    """Whether the orientation of the left grip is part of the goal."""
-    right_oriented: bool = False
-    """Whether the orientation of the right grip is part of the goal."""
-    turns: float = 0.0
-    """Twist of the right end against the left one [turns]."""
-    part: tuple[float, float] | None = None
-    """Distances from the left grip of the part that counts [m]; None for the whole rope."""
-    ends_only: bool = False
-    """Whether the ends alone count; the shape between them is free."""
-
-    @property
-    def counted(self) -> Bool[np.ndarray, "n"] | None:
-        """Nodes whose distances from the goal count; None for all."""
-        if self.ends_only:
-            return polylines.ends_of(len(self.nodes))
-        return None if self.part is None else polylines.within(self.nodes, *self.part)
-
-    def angle(self, nodes: Float64[np.ndarray, "n 3"]) -> float:
-        """Largest angle of the rope's ends from a goal that they alone make up [rad]; else 0."""
-        if not self.ends_only:
-            return 0.0
-        oriented = np.array([self.left_oriented, self.right_oriented])
-        grips = np.array([self.left.orientation, self.right.orientation])
-        return float(np.max(polylines.end_angles(nodes, grips), where=oriented, initial=0.0))
-
-    def completed(self, shape: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 3"]:
-        """Nodes of the goal [m], of which those that do not count are those of a shape."""
-        counted = self.counted
-        return self.nodes if counted is None else np.where(counted[:, None], self.nodes, shape)
 
 
 @dataclass

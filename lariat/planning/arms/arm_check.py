@@ -137,7 +137,7 @@ def goal_fault(problem: Problem) -> ArmFault | None:
         problem: Arms, obstacles and goal.
     """
     turns = problem.moves[:, 3:].any(axis=1)
-    if problem.arms is None or np.any(turns & ~np.array(problem.oriented)):
+    if problem.arms is None or np.any(turns & ~np.array(problem.goal.oriented)):
         return None
     ends = [problem.grips, problem.feasible_goal_grips]
     slacks = _standing_slacks(problem, problem.arms, ends)

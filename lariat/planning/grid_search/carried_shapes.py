@@ -32,9 +32,9 @@ def carried_shapes(problem: Problem, settings: GridSearchSettings) -> list[Carri
     """Return the current shape, the goal shape, then shapes at rest at several grip distances."""
     shapes = [
         _carried_shape(problem, problem.state.positions, problem.grips),
-        _carried_shape(problem, problem.goal, problem.goal_grips),
+        _carried_shape(problem, problem.goal.nodes, problem.goal.grips),
     ]
-    now, goal = problem.grips, problem.goal_grips
+    now, goal = problem.grips, problem.goal.grips
     halfway = [
         poses.multiply(
             poses.exponential(

@@ -49,7 +49,7 @@ class DistanceGrid:
         """
         scale = max(problem.rod.properties.length / settings.reference_length, 1.0)
         spacing = settings.spacing * scale
-        ends = np.stack([middle_of(problem.grips), middle_of(problem.goal_grips)])
+        ends = np.stack([middle_of(problem.grips), middle_of(problem.goal.grips)])
         extent = settings.extent * scale
         low, high = ends.min(axis=0) - extent, ends.max(axis=0) + extent
         tops = [_highest_point(o) for o in problem.solid if o.shape != "half_space"]

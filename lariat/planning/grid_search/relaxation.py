@@ -32,7 +32,7 @@ def proof_of_no_path(problem: Problem) -> str:
     low, high = np.array(limits.workspace)
     whole = limits.gripper_radius + limits.keep_out
     spacing, distances, inside = _distances(problem, whole)
-    for end, pair in enumerate(zip(problem.grips, problem.goal_grips, strict=True)):
+    for end, pair in enumerate(zip(problem.grips, problem.goal.grips, strict=True)):
         ends = np.stack([grip.position for grip in pair])
         if not problem.moves[end, :3].any() or np.any(ends < low) or np.any(ends > high):
             continue

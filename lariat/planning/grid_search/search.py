@@ -54,7 +54,7 @@ def search_grid(
         [grid.free_places(problem, shape, clearance, settings.max_nodes) for shape in shapes]
     )
     start = (0, *grid.place(middle_of(problem.grips)))
-    goal = (1, *grid.place(middle_of(problem.goal_grips)))
+    goal = (1, *grid.place(middle_of(problem.goal.grips)))
     free[start] = True
     # Start and goal may be nearer to obstacles than the path.
     free[goal] = True
@@ -65,8 +65,8 @@ def search_grid(
     grips = np.stack([grid.position(cell) + shapes[cell[0]].grips for cell in cells])
     grips[0] = np.stack([g.position for g in problem.grips])
     if end == goal:
-        grips[-1] = np.stack([g.position for g in problem.goal_grips])
-        return GridPath(True, grips, problem.goal_grips, problem.goal)
+        grips[-1] = np.stack([g.position for g in problem.goal.grips])
+        return GridPath(True, grips, problem.goal.grips, problem.goal.nodes)
     shape = shapes[end[0]]
     left, right = (Pose(p, q) for p, q in zip(grips[-1], shape.orientations, strict=True))
     return GridPath(False, grips, (left, right), grid.position(end) + shape.nodes)
@@ -110,7 +110,7 @@ def _nearest_to_goal(
         reached = reached_at[index] >= 0
         if not reached.any():
             continue
-        offset = problem.goal - shape.nodes
+        offset = problem.goal.nodes - shape.nodes
         # The mean square distance over the nodes splits into that of their mean, and a constant.
         middle = offset.mean(axis=0)
         spread = float(np.mean(np.sum((offset - middle) ** 2, axis=1)))

@@ -67,7 +67,7 @@ class BlockPath:
     def translation_to_goal(self) -> Float64[np.ndarray, "k 2 3"]:
         """Return the even translation to the goal's grips [m]."""
         problem, blocks = self._problem, self._settings.blocks
-        pairs = zip(problem.goal_grips, problem.grips, strict=True)
+        pairs = zip(problem.goal.grips, problem.grips, strict=True)
         whole = np.stack([b.position - a.position for b, a in pairs]) * problem.moves[:, :3]
         return np.tile(whole / blocks, (blocks, 1, 1))
 
@@ -83,7 +83,7 @@ class BlockPath:
         left = -int(np.fix(extra_turns / 2)) if rotates.all() else -extra_turns * int(rotates[0])
         shares = (left, extra_turns + left)
         s = np.linspace(0.0, 1.0, blocks + 1)[:, None]
-        for end, (now, goal) in enumerate(zip(problem.grips, problem.goal_grips, strict=True)):
+        for end, (now, goal) in enumerate(zip(problem.grips, problem.goal.grips, strict=True)):
             if rotates[end]:
                 whole = poses.logarithm(
                     poses.multiply(goal.orientation, poses.conjugate(now.orientation))

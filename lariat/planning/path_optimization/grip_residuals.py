@@ -44,7 +44,7 @@ def grip_residuals(
     whole = path.grips(displacements)
     found += [
         _orientation_residual(problem, unit[3:], path.block_ends(whole[1]), displacements, end)
-        for end, oriented in enumerate(problem.oriented)
+        for end, oriented in enumerate(problem.goal.oriented)
         if oriented
     ]
     positions, orientations = (part[1:] for part in whole)
@@ -89,7 +89,7 @@ def _orientation_residual(
 ) -> Residuals:
     """Rotation from the goal's orientation of one grip to that at the end of the path."""
     last = block_ends[-1, end]
-    goal = problem.goal_grips[end].orientation
+    goal = problem.goal.grips[end].orientation
     residual = poses.logarithm(poses.multiply(last, poses.conjugate(goal)))
     # A rotation after block k rotates the change of that block with it.
     after = poses.multiply(last, poses.conjugate(block_ends[:, end]))

@@ -88,7 +88,9 @@ class PathOptimizer:
         if problem.moves[:, 3:].any():
             # The rotations of the ends determine the twist of the rope: add the missing turns.
             (direct,) = self.evaluate([self._path.translation_to_goal()])
-            missing = 0 if problem.ends_only else problem.turns - count_turns(direct.final)
+            missing = (
+                0 if problem.goal.ends_only else problem.goal.turns - count_turns(direct.final)
+            )
             self._rotation = self._path.rotation_to_goal(missing) if missing else self._rotation
 
     @property
@@ -105,7 +107,7 @@ class PathOptimizer:
     def goal_clearance(self) -> float:
         """Clearance of the goal itself [m]."""
         problem = self._problem
-        return geometry.chain_clearance(problem.goal, problem.radius, problem.obstacles)
+        return geometry.chain_clearance(problem.goal.nodes, problem.radius, problem.obstacles)
 
     def allow_for_uncertainty(self, candidate: PathCandidate) -> PathCandidate:
         """Add clearance where the rope is unsure along a path; return it with its new cost.
@@ -197,7 +199,7 @@ class PathOptimizer:
         final: RodState,
     ) -> PathCandidate:
         problem, s = self._problem, self.settings
-        miss = (nodes[-1] - problem.goal)[problem.counted]
+        miss = (nodes[-1] - problem.goal.nodes)[problem.goal.counted]
         cost = MILLIMETRES**2 * float(np.mean(np.sum(miss**2, axis=1)))
         points = self._rope_points(nodes)
         obstacle_distances = _distances(points, problem.obstacles)
@@ -301,10 +303,10 @@ class PathOptimizer:
         sensitivity = linear.d_positions_d_actions[:, :, :, : s.blocks] / path.block_time
         rows, residuals = [], []
         count = problem.rod.node_count
-        counted = problem.counted
+        counted = problem.goal.counted
         scale = MILLIMETRES / np.sqrt(np.sum(counted))
         rows.append(scale * sensitivity[-1][counted][..., moves].reshape(3 * np.sum(counted), -1))
-        residuals.append(scale * (candidate.nodes[-1] - problem.goal)[counted].ravel())
+        residuals.append(scale * (candidate.nodes[-1] - problem.goal.nodes)[counted].ravel())
         for hit, margins, weight in (
             (candidate.rope_near, self._margins, s.clearance_weight),
             (candidate.support_near, self._support_margins, s.support_weight),
@@ -363,7 +365,7 @@ class PathOptimizer:
         problem, s = self._problem, self.settings
         steps = np.arange(s.blocks * s.steps_per_block)
         wanted = problem.clearance + self.reserve + self._uncertainty
-        for nodes, away in ((problem.state.positions, steps), (problem.goal, steps[::-1])):
+        for nodes, away in ((problem.state.positions, steps), (problem.goal.nodes, steps[::-1])):
             own = geometry.chain_clearance(nodes, problem.radius, obstacles)
             beyond = np.maximum(away / s.steps_per_block - s.end_blocks, 0.0)
             permitted = own - s.end_relaxation + s.clearance_gain * beyond

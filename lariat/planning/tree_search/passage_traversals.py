@@ -62,7 +62,7 @@ def find_threads(
     # a rope that is taut round the edges of its passage.
     if not len(passages) or not problem.moves[:, :3].all() or problem.spare_clearance > 0.0:
         return Threads(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)))
-    onward = problem.goal.mean(axis=0) - problem.state.positions.mean(axis=0)
+    onward = problem.goal.nodes.mean(axis=0) - problem.state.positions.mean(axis=0)
     back = passages.directions @ onward < 0.0
     ways = np.where(back[:, None], -passages.directions, passages.directions)
     taut = settings.taut_share * problem.longest_grip_distance

@@ -55,7 +55,7 @@ class GripSampler:
         self._problem, self._motion, self._sag, self._settings = problem, motion, sag, settings
         self._random = np.random.default_rng([problem.seed, seed, 2])
         length = problem.rod.properties.length
-        nodes = np.concatenate([problem.state.positions, problem.goal])
+        nodes = np.concatenate([problem.state.positions, problem.goal.nodes])
         near = [
             o
             for o in problem.solid

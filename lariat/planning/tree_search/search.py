@@ -78,7 +78,7 @@ class TreeSearch:
         self._motion = GripMotion(problem.moves, properties.length / (2.0 * np.pi))
         goal_grips = problem.feasible_goal_grips
         start = self._state(problem.state.positions, problem.grips, count_turns(problem.state))
-        goal = self._state(problem.goal, goal_grips, problem.turns)
+        goal = self._state(problem.goal.nodes, goal_grips, problem.goal.turns)
         self._goal = goal
         roots = (Grips.of(problem.grips), start), (Grips.of(goal_grips), goal)
         self._trees = [ShapeTree(self._motion, grips, state) for grips, state in roots]
@@ -103,7 +103,7 @@ class TreeSearch:
             for grow in (self._thread, self._grow):
                 new = grow(side)
                 found = self._connect(side, new) if found is None and len(new) else found
-        near, tree = self._problem.goal, self._trees[0]
+        near, tree = self._problem.goal.nodes, self._trees[0]
         coarse = polylines.resample_smooth(near, self._rod.node_count)
         index = int(np.argmin(tree.mean_distances(coarse)))
         branch = tree.branch(index)

@@ -10,6 +10,7 @@ from lariat.scenario.sections.control import (
     PaperControl,
 )
 from lariat.scenario.sections.ends import DRIVERS, OWN_PROTOCOL_DRIVERS, End, Ends
+from lariat.scenario.sections.goal import MIN_PART_NODES, Goal, Shape
 from lariat.scenario.sections.limits import Limits
 from lariat.scenario.sections.plant import Plant, PlantRope, Slip, TrueGrip, TrueGrips
 from lariat.scenario.sections.quantities import (
@@ -23,7 +24,7 @@ from lariat.scenario.sections.quantities import (
 )
 from lariat.scenario.sections.rope import Rope
 from lariat.scenario.sections.run import Event, Recording, Run
-from lariat.scenario.sections.scene import Obstacle, Region, Shape, Waypoint
+from lariat.scenario.sections.scene import Obstacle, Region, Waypoint
 from lariat.scenario.sections.sensing import (
     PERCEPTION_METHODS,
     FlangeMarker,
@@ -34,6 +35,7 @@ from lariat.scenario.sections.sensing import (
 __all__ = [
     "CONTROL_METHODS",
     "DRIVERS",
+    "MIN_PART_NODES",
     "OWN_PROTOCOL_DRIVERS",
     "PATH_PLANNERS",
     "PERCEPTION_METHODS",
@@ -45,6 +47,7 @@ __all__ = [
     "Ends",
     "Event",
     "FlangeMarker",
+    "Goal",
     "Limits",
     "Meters",
     "Obstacle",

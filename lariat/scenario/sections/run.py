@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from lariat.configuration import Bounds
+from lariat.scenario.sections.goal import Shape
 from lariat.scenario.sections.quantities import Position
-from lariat.scenario.sections.scene import Obstacle, Shape
+from lariat.scenario.sections.scene import Obstacle
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Sections of shapes and obstacles."""
+"""Sections of obstacles and regions."""
 
 from __future__ import annotations
 
@@ -12,44 +12,6 @@ from lariat.geometry import obstacles as geometry
 from lariat.geometry import poses
 from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.scenario.sections.quantities import Position, Quaternion, Vector
-
-
-@dataclass(frozen=True)
-class Shape:
-    """Shape of the rope, given by two grips with the rope at rest between them, or by its nodes."""
-
-    line: tuple[Position, Position] | None = None
-    """Positions of the left and the right grip; the rope hangs at rest between them."""
-    nodes: str = ""
-    """CSV file in the scenario's folder: x, y, z [m] in each row, left end first."""
-    part: Annotated[tuple[float, float], Bounds(0.0, 20.0, "m")] | None = None
-    """Distances from the left grip, along the rope, of the part that counts; the rest of the rope
-    is free. `nodes` then describes the shape of this part, or of a whole rope of which this part
-    is taken, and `line` the grips of a rope at rest whose part has the shape. By default the whole
-    rope counts."""
-    ends_only: bool = False
-    """Whether the poses of both ends in `line` are the whole goal; the rope's shape is free."""
-    left_orientation: Quaternion | None = None
-    """Orientation of the left grip; by default it points along the rope."""
-    right_orientation: Quaternion | None = None
-    """Orientation of the right grip; by default it points along the rope."""
-    turns: Annotated[float, Bounds(-10.0, 10.0)] = 0.0
-    """Twist of the right end relative to the left one about the rope's axis, in whole turns."""
-
-    def __post_init__(self) -> None:
-        if (self.line is None) == (self.nodes == ""):
-            raise ValueError("give either line = [[x, y, z], [x, y, z]] or nodes = 'FILE.csv'")
-        if self.ends_only and self.line is None:
-            raise ValueError("ends_only goes with line, the positions of both ends")
-        if self.ends_only and self.part is not None:
-            raise ValueError("ends_only and part exclude each other")
-        if self.part is not None and self.part[0] >= self.part[1]:
-            raise ValueError(f"part = {list(self.part)} ends before it begins")
-
-    @property
-    def leaves_grips_open(self) -> bool:
-        """Whether it gives the nodes of a part only, which do not tell the grips."""
-        return self.part is not None and self.nodes != ""
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from shared.messages import (
     RunSummary,
     TaskState,
     chain,
-    goal_curve,
+    goal_of,
 )
 from shared.messages.validation import MAX_TEXT_LENGTH
 from shared.recording import Recording
@@ -142,7 +142,7 @@ class RecordedRun:
                     task: TaskState = entry.parse()
                     if task.run != run.run or task.run_started != run.started:
                         continue
-                    motion.goal[:] = goal_curve(task.goal).ravel()
+                    motion.goal[:] = goal_of(task.goal).curve.ravel()
                     if task.state != state:
                         text = "start" if not marks else STATES.get(task.state, "goes on")
                         reason = "" if task.state == RUNNING else f": {task.reason}"

@@ -10,7 +10,7 @@ from jaxtyping import Float64
 from services.recorder.view import colors
 from services.recorder.view.colors import RgbaArray
 from shared import topics
-from shared.messages import NodeChain, Path, Plan, TaskState, chain, goal_curve
+from shared.messages import NodeChain, Path, Plan, TaskState, chain, goal_of
 
 PATH_SHAPES = 6
 """Number of the rope's shapes that are drawn along a path."""
@@ -47,7 +47,7 @@ def curves(message: NodeChain | TaskState | Plan | Path, key: str) -> Curves:
     if isinstance(message, NodeChain):
         return _rope(message, measured=key == topics.ROPE_NODES.key)
     if isinstance(message, TaskState):
-        return _uniform(colors.GOAL, goal_curve(message.goal))
+        return _uniform(colors.GOAL, goal_of(message.goal).curve)
     if isinstance(message, Plan):
         count = message.node_count
         return _uniform(colors.PREDICTION, chain(message.nodes)[-count:] if count else None)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from lariat.geometry import polylines
-from lariat.rod.part_fit import MIN_PART_NODES
 from lariat.safety.motion_contract import SETPOINT_PERIOD
+from lariat.scenario.sections import MIN_PART_NODES
 from shared import messages
 from shared.messages.checks.values import (
     MAX_COORDINATE,
@@ -47,10 +46,10 @@ def check_goal(goal: messages.Goal) -> None:
         raise ValueError("goal.part and goal.ends_only exclude each other")
     if goal.part:
         check_length("goal.part", goal.part, 2)
-        counted = polylines.within(messages.chain(goal.positions), *goal.part)
-        if np.sum(counted) < MIN_PART_NODES:
+        held = np.sum(messages.goal_of(goal).counted)
+        if held < MIN_PART_NODES:
             raise ValueError(
-                f"goal.part = {list(goal.part)} m holds {np.sum(counted)} of the goal's nodes, "
+                f"goal.part = {list(goal.part)} m holds {held} of the goal's nodes, "
                 f"less than {MIN_PART_NODES}"
             )
     _check_grip("goal.left", goal.left)

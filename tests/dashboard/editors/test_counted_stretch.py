@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,13 +14,19 @@ from dashboard.editors.counted_stretch import CountedStretch
 from dashboard.scene.scene_view import SceneView
 from dashboard.web.private_viser import PrivateViser
 from lariat.geometry import polylines
-from lariat.scenario import load
-from shared.messages import Goal, GoalPreview
+from lariat.geometry.poses import Pose
+from lariat.scenario import Goal, load
+from shared.messages import GoalPreview, goal_message
 
 SCENARIO = load("scenarios/three-cylinders.toml")
 ROPE = SCENARIO.rope
 NODES = np.linspace([0.0, 0.0, 0.3], [ROPE.length, 0.0, 0.3], ROPE.node_count)
 EDGE = ROPE.length / (ROPE.node_count - 1)
+
+
+def goal(**fields: Any) -> Goal:
+    level = np.array([0.5, 0.5, 0.5, 0.5])
+    return Goal(NODES, Pose(NODES[0], level), Pose(NODES[-1], level), **fields)
 
 
 @pytest.fixture
@@ -78,38 +85,34 @@ def test_least_length_of_the_refusal_always_holds_enough_nodes(stretch: CountedS
 
 
 def test_stretch_of_a_goal_is_taken_and_that_of_a_whole_goal_too(stretch: CountedStretch) -> None:
-    stretch.take_goal(Goal(part=[0.1, 0.3]))
+    stretch.take_goal(goal(part=(0.1, 0.3)))
     assert stretch.part == (0.1, 0.3)
-    stretch.take_goal(Goal())
+    stretch.take_goal(goal())
     assert stretch.part is None
 
 
 def test_goal_of_the_ends_stays_one(stretch: CountedStretch) -> None:
-    stretch.take_goal(Goal(ends_only=True))
+    stretch.take_goal(goal(ends_only=True))
     assert (stretch.part, stretch.problem) == (None, "")
     assert np.flatnonzero(stretch.counted(NODES)).tolist() == [0, len(NODES) - 1]
-    goal = Goal(left_oriented=True)
-    stretch.apply(goal)
-    assert (goal.ends_only, goal.left_oriented) == (True, True)
+    applied = stretch.applied(goal(left_oriented=True))
+    assert (applied.ends_only, applied.left_oriented) == (True, True)
 
 
 def test_switch_between_ends_and_stretch_keeps_the_stretch(stretch: CountedStretch) -> None:
-    stretch.take_goal(Goal(part=[0.1, 0.3]))
+    stretch.take_goal(goal(part=(0.1, 0.3)))
     stretch._take_switch(True)
-    goal = Goal()
-    stretch.apply(goal)
-    assert (goal.ends_only, list(goal.part)) == (True, [])
+    applied = stretch.applied(goal())
+    assert (applied.ends_only, applied.part) == (True, None)
     stretch._take_switch(False)
-    goal = Goal(left_oriented=True, right_oriented=True)
-    stretch.apply(goal)
-    assert (goal.ends_only, list(goal.part)) == (False, [0.1, 0.3])
-    assert not goal.left_oriented
-    assert not goal.right_oriented
+    applied = stretch.applied(goal(left_oriented=True, right_oriented=True))
+    assert (applied.ends_only, applied.part) == (False, (0.1, 0.3))
+    assert applied.oriented == (False, False)
 
 
 def test_preview_tells_the_stretch_from_the_rest(private: PrivateViser) -> None:
     view = SceneView(private.server, SCENARIO, lambda _: None)
-    preview = GoalPreview(reachable=True, goal=Goal(positions=NODES.ravel()))
+    preview = GoalPreview(reachable=True, goal=goal_message(goal()))
     counted = np.zeros(len(NODES), dtype=bool)
     counted[10:21] = True
     view.show_preview(preview, counted)
@@ -127,11 +130,11 @@ def test_preview_tells_the_stretch_from_the_rest(private: PrivateViser) -> None:
 def test_goal_of_the_ends_shows_that_its_shape_is_free(private: PrivateViser) -> None:
     view = SceneView(private.server, SCENARIO, lambda _: None)
     ends = polylines.ends_of(len(NODES))
-    view.show_goal(NODES, ends)
+    view.show_goal(goal(ends_only=True))
     beads = view._goal._nodes
     assert beads is not None
     colors = np.array(beads.batched_colors)
     assert np.all(colors[ends] == palette.GOAL)
     assert np.all(colors[~ends] == palette.FREE)
-    view.show_goal(NODES)
+    view.show_goal(goal())
     assert np.all(np.array(beads.batched_colors) == palette.GOAL)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,9 +8,9 @@ import pytest
 
 from dashboard.editors import goal_file
 from lariat.geometry import polylines
-from lariat.scenario import Shape, load
+from lariat.scenario import Goal, Shape, load
 from shared.goal_table import goal_table
-from shared.messages import SavedGoal, chain, grip_pose
+from shared.messages import SavedGoal, goal_message
 
 SCENARIO = load("scenarios/three-cylinders.toml")
 ARC = np.linspace(0.0, np.pi, 25)
@@ -28,16 +29,14 @@ def half_circle(scale: float = 1.0) -> np.ndarray:
 def test_shape_gets_the_nodes_of_the_rope_and_the_grips_of_a_scenario(tmp_path: Path) -> None:
     content = b"# x, y, z\n" + rows(half_circle())
     goal = goal_file.parse(content, SCENARIO)
-    nodes = chain(goal.positions)
+    nodes = goal.nodes
     assert len(nodes) == SCENARIO.rope.node_count
     assert polylines.length(nodes) == pytest.approx(SCENARIO.rope.length, rel=3e-3)
     (tmp_path / "goal.csv").write_bytes(rows(nodes))
     at_file = type(SCENARIO)(**{**vars(SCENARIO), "folder": tmp_path})
-    for message, pose in zip(
-        (goal.left, goal.right), at_file.grips(Shape(nodes="goal.csv")), strict=True
-    ):
-        np.testing.assert_allclose(grip_pose(message).position, pose.position, atol=1e-6)
-        np.testing.assert_allclose(grip_pose(message).orientation, pose.orientation, atol=1e-4)
+    for grip, pose in zip(goal.grips, at_file.grips(Shape(nodes="goal.csv")), strict=True):
+        np.testing.assert_allclose(grip.position, pose.position, atol=1e-6)
+        np.testing.assert_allclose(grip.orientation, pose.orientation, atol=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -76,22 +75,22 @@ def test_tables_of_other_programs_give_the_same_goal(
     )
     goal = goal_file.parse((header + table).encode(), SCENARIO)
     expected = goal_file.parse(rows(half_circle()), SCENARIO)
-    assert goal == expected
+    assert goal_message(goal) == goal_message(expected)
 
 
 def test_saved_goal_is_loaded_with_what_of_it_counts() -> None:
     goal = goal_file.parse(rows(half_circle()), SCENARIO)
-    goal.part[:] = 0.1, 0.3
-    saved = SavedGoal(name="arch", scenario="three-cylinders", goal=goal)
-    again = goal_file.parse(goal_table(saved).encode(), SCENARIO)
-    assert list(again.part) == [0.1, 0.3]
-    assert chain(again.positions) == pytest.approx(chain(goal.positions), abs=1e-6)
-    del goal.part[:]
-    goal.ends_only = True
-    saved.goal.CopyFrom(goal)
-    again = goal_file.parse(goal_table(saved).encode(), SCENARIO)
-    assert (again.ends_only, list(again.part)) == (True, [])
-    assert list(again.right.position) == pytest.approx(list(goal.right.position), abs=1e-6)
+    again = saved_and_loaded(replace(goal, part=(0.1, 0.3)))
+    assert again.part == (0.1, 0.3)
+    assert again.nodes == pytest.approx(goal.nodes, abs=1e-6)
+    again = saved_and_loaded(replace(goal, ends_only=True))
+    assert (again.ends_only, again.part) == (True, None)
+    assert again.right.position == pytest.approx(goal.right.position, abs=1e-6)
+
+
+def saved_and_loaded(goal: Goal) -> Goal:
+    saved = SavedGoal(name="arch", scenario="three-cylinders", goal=goal_message(goal))
+    return goal_file.parse(goal_table(saved).encode(), SCENARIO)
 
 
 @pytest.mark.parametrize(

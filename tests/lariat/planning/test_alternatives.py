@@ -13,7 +13,7 @@ from lariat.geometry.poses import Pose
 from lariat.planning.alternatives import alternative_paths, difference, duration, travel
 from lariat.planning.problem import Problem, WholePath
 from lariat.rod import Rod, RodProperties
-from lariat.scenario.sections import Limits
+from lariat.scenario.sections import Goal, Limits
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
 BOX = Obstacle("box", (0.0, 0.0, 0.2), size=(0.7, 0.06, 0.4), name="box")
@@ -32,8 +32,7 @@ def across_a_box() -> Problem:
         rod=rod,
         state=rod.rest(*start).state,
         grips=(start[0], start[1]),
-        goal=rod.rest(*goal).state.positions,
-        goal_grips=(goal[0], goal[1]),
+        goal=Goal(rod.rest(*goal).state.positions, goal[0], goal[1]),
         moves=moves,
         obstacles=(TABLE, BOX),
         supports=(),
@@ -56,7 +55,7 @@ def test_alternatives_reach_the_goal_and_touch_nothing(
         assert path.reached
         swept = [chain_clearance(n, 0.004, across_a_box.obstacles) for n in path.nodes]
         assert min(swept) > 0.005
-        np.testing.assert_allclose(path.nodes[-1], across_a_box.goal, atol=5e-3)
+        np.testing.assert_allclose(path.nodes[-1], across_a_box.goal.nodes, atol=5e-3)
 
 
 def test_alternatives_pass_elsewhere(paths: list[WholePath]) -> None:

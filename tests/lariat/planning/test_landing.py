@@ -12,7 +12,7 @@ from lariat.planning.landing import LANDING_SETTINGS, landing
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.whole_path import plan
 from lariat.rod import Rod, RodProperties
-from lariat.scenario.sections import Limits
+from lariat.scenario.sections import Goal, Limits
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
 BAR = Obstacle(
@@ -37,8 +37,7 @@ def over_the_bar() -> Problem:
         rod=rod,
         state=rod.rest(*start).state,
         grips=(start[0], start[1]),
-        goal=rod.rest(*goal, obstacles=pack([BAR])).state.positions,
-        goal_grips=goal,
+        goal=Goal(rod.rest(*goal, obstacles=pack([BAR])).state.positions, *goal),
         moves=moves,
         obstacles=(),
         supports=(BAR,),
@@ -54,7 +53,7 @@ def path(over_the_bar: Problem) -> WholePath:
 
 
 def leaning_nodes(problem: Problem) -> np.ndarray:
-    return np.flatnonzero(signed_distance(problem.goal, BAR) - problem.radius < 0.003)
+    return np.flatnonzero(signed_distance(problem.goal.nodes, BAR) - problem.radius < 0.003)
 
 
 def gaps(problem: Problem, path: WholePath) -> Float64[np.ndarray, "t"]:
@@ -65,7 +64,7 @@ def test_a_rope_touches_its_support_where_it_comes_to_lie(over_the_bar: Problem,
     assert path.reached, path.reason
     touching = gaps(over_the_bar, path) < 0.002
     leaning = leaning_nodes(over_the_bar)
-    beside = (path.nodes[touching][:, leaning] - over_the_bar.goal[leaning])[..., :2]
+    beside = (path.nodes[touching][:, leaning] - over_the_bar.goal.nodes[leaning])[..., :2]
     assert touching.sum() > 10
     # Without a landing it would slide 24 mm along the bar, lowered straight 29 mm along itself.
     along_rope, along_bar = np.abs(beside.mean(axis=1)).max(axis=0)
@@ -86,11 +85,10 @@ def test_a_rope_rests_above_its_support_before_it_is_lowered(
 
 def test_a_goal_that_leans_on_nothing_has_no_landing(over_the_bar: Problem):
     up = np.array([0.0, 0.0, 0.2])
-    grips = tuple(replace(g, position=g.position + up) for g in over_the_bar.goal_grips)
+    grips = tuple(replace(g, position=g.position + up) for g in over_the_bar.goal.grips)
     above = replace(
         over_the_bar,
-        goal=over_the_bar.rod.rest(*grips).state.positions,
-        goal_grips=(grips[0], grips[1]),
+        goal=Goal(over_the_bar.rod.rest(*grips).state.positions, grips[0], grips[1]),
     )
     assert landing(above) is None
 
@@ -104,7 +102,7 @@ def test_an_end_that_is_fixed_cannot_be_lowered(over_the_bar: Problem):
 def test_the_grips_hover_no_higher_than_the_rope_needs(over_the_bar: Problem):
     found = landing(over_the_bar)
     assert found is not None
-    gap = chain_clearance(found.approach.goal, over_the_bar.radius, [BAR])
+    gap = chain_clearance(found.approach.goal.nodes, over_the_bar.radius, [BAR])
     step = LANDING_SETTINGS.lift_step
     assert LANDING_SETTINGS.hover_clearance - 1e-3 < gap < LANDING_SETTINGS.hover_clearance + step
 

@@ -14,7 +14,7 @@ from lariat.geometry.poses import Pose
 from lariat.planning.collision_check import gripper_overlap, path_clearance
 from lariat.planning.problem import Problem, WholePath
 from lariat.rod import Rod, RodProperties
-from lariat.scenario.sections import Limits
+from lariat.scenario.sections import Goal, Limits
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
 GRIPS = tuple(Pose(np.array([x, 0.0, 0.3]), LEVEL) for x in (-0.2, 0.2))
@@ -29,8 +29,7 @@ def problem_with(*obstacles: Obstacle, held: tuple[Pose, Pose]) -> Problem:
         rod=rod,
         state=state,
         grips=(GRIPS[0], GRIPS[1]),
-        goal=state.positions,
-        goal_grips=(GRIPS[0], GRIPS[1]),
+        goal=Goal(state.positions, GRIPS[0], GRIPS[1]),
         moves=np.ones((2, 6), dtype=bool),
         obstacles=obstacles,
         supports=(),

@@ -15,7 +15,7 @@ BLOCKS = 12
 
 def ends(problem: Problem) -> np.ndarray:
     """Displacement of both grips from start to goal [m]."""
-    pairs = zip(problem.goal_grips, problem.grips, strict=True)
+    pairs = zip(problem.goal.grips, problem.grips, strict=True)
     return np.stack([goal.position - now.position for goal, now in pairs])
 
 
@@ -36,7 +36,7 @@ def test_the_highest_lift_brings_the_rope_over_the_highest_obstacle(
     behind_the_wall: Problem,
 ) -> None:
     lift = lift_offsets(behind_the_wall)[-1][2]
-    lowest = min(behind_the_wall.state.positions[:, 2].min(), behind_the_wall.goal[:, 2].min())
+    lowest = min(behind_the_wall.state.positions[:, 2].min(), behind_the_wall.goal.nodes[:, 2].min())
     clearance = lowest + lift - behind_the_wall.radius - 0.19
     assert behind_the_wall.clearance <= clearance < behind_the_wall.clearance + 0.02
 
@@ -49,7 +49,7 @@ def test_a_free_scene_has_neither_lifts_nor_sidesteps(behind_the_wall: Problem) 
 
 def test_a_floor_is_not_lifted_over_and_hides_no_sidestep(behind_the_wall: Problem) -> None:
     floor = Obstacle("box", (0.0, 0.0, -0.025), size=(2.0, 2.0, 0.05), name="floor")
-    near = replace(floor, position=(0.0, 0.0, behind_the_wall.goal[:, 2].min() - 0.03))
+    near = replace(floor, position=(0.0, 0.0, behind_the_wall.goal.nodes[:, 2].min() - 0.03))
     for body in (floor, near):
         problem = replace(behind_the_wall, obstacles=(*behind_the_wall.obstacles, body))
         assert np.array_equal(lift_offsets(problem), lift_offsets(behind_the_wall))

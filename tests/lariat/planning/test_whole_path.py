@@ -14,7 +14,7 @@ from lariat.planning.problem import Problem, WholePath
 from lariat.planning.whole_path import plan
 from lariat.rod import Rod, RodProperties
 from lariat.safety.motion_contract import CHUNK_BOUNDARY_MARGIN
-from lariat.scenario.sections import Limits
+from lariat.scenario.sections import Goal, Limits
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
 WALL = tuple(
@@ -34,8 +34,7 @@ def behind_the_wall() -> Problem:
         rod=rod,
         state=rod.rest(*start).state,
         grips=(start[0], start[1]),
-        goal=rod.rest(*goal).state.positions,
-        goal_grips=(goal[0], goal[1]),
+        goal=Goal(rod.rest(*goal).state.positions, goal[0], goal[1]),
         moves=moves,
         obstacles=(TABLE, *WALL),
         supports=(),
@@ -54,8 +53,7 @@ def far_behind_a_thin_wall(problem: Problem, wall_y: float) -> Problem:
     goal = problem.state.positions + np.array([0.0, 0.7, 0.0])
     return replace(
         problem,
-        goal=goal,
-        goal_grips=(goal_grips[0], goal_grips[1]),
+        goal=Goal(goal, goal_grips[0], goal_grips[1]),
         obstacles=(wall,),
         clearance=0.002,
     )
@@ -75,7 +73,7 @@ def test_path_reaches_a_goal_behind_and_below_a_wall(
     assert min(swept) > 0.007
     assert path.clearance <= min(swept) + 1e-6
     # The true rod in motion, not the quasi-static one, ends there and does not swing.
-    assert np.abs(path.nodes[-1] - behind_the_wall.goal).max() < 5e-3
+    assert np.abs(path.nodes[-1] - behind_the_wall.goal.nodes).max() < 5e-3
 
 
 def taut(problem: Problem, share: float, overstretch: float) -> Problem:
@@ -84,8 +82,7 @@ def taut(problem: Problem, share: float, overstretch: float) -> Problem:
     goal = tuple(Pose(np.array([x, 0.1, 0.3]), LEVEL) for x in (-half, half))
     return replace(
         problem,
-        goal=problem.rod.rest(*goal).state.positions,
-        goal_grips=(goal[0], goal[1]),
+        goal=Goal(problem.rod.rest(*goal).state.positions, goal[0], goal[1]),
         limits=replace(Limits(), overstretch=overstretch),
         tolerance=0.001,
     )
@@ -155,7 +152,7 @@ def test_path_to_a_goal_behind_a_closed_wall_ends_at_the_nearest_reachable_shape
     assert not path.reached
     assert path.reason.startswith("blocked")
     assert path.clearance > 0.0045
-    before = np.mean(np.linalg.norm(path.nodes[0] - behind_the_wall.goal, axis=1))
+    before = np.mean(np.linalg.norm(path.nodes[0] - behind_the_wall.goal.nodes, axis=1))
     assert path.final_error < before - 0.03
     assert f"{1e3 * path.final_error:.0f} mm from the goal" in path.reason
 
@@ -172,7 +169,7 @@ def test_path_through_a_thin_wall_between_two_steps_is_refused(behind_the_wall: 
 def test_path_to_a_goal_in_an_obstacle_is_blocked_and_stays_at_the_start(
     behind_the_wall: Problem,
 ) -> None:
-    middle = tuple(behind_the_wall.goal[12].tolist())
+    middle = tuple(behind_the_wall.goal.nodes[12].tolist())
     ball = Obstacle("sphere", middle, radius=0.02, name="ball")
     path = plan(replace(behind_the_wall, obstacles=(TABLE, ball)))
     assert path.reason == "blocked: the goal itself lies in obstacle 'ball'"
@@ -195,8 +192,7 @@ def test_grips_that_exchange_their_places_keep_their_distance(behind_the_wall: P
         behind_the_wall,
         state=rod.rest(start[0], start[1]).state,
         grips=(start[0], start[1]),
-        goal=rod.rest(goal[0], goal[1]).state.positions,
-        goal_grips=(goal[0], goal[1]),
+        goal=Goal(rod.rest(goal[0], goal[1]).state.positions, goal[0], goal[1]),
         moves=np.ones((2, 6), dtype=bool),
     )
     path = plan(problem)
@@ -248,7 +244,7 @@ def test_blocked_path_of_one_end_goes_as_far_as_it_is_clear(behind_the_wall: Pro
     assert path.blocked
     assert path.clearance >= 0.005
     assert min(chain_clearance(n, problem.radius, problem.obstacles) for n in path.nodes) > 0.0049
-    before = np.mean(np.linalg.norm(path.nodes[0] - problem.goal, axis=1))
+    before = np.mean(np.linalg.norm(path.nodes[0] - problem.goal.nodes, axis=1))
     assert path.final_error < before - 0.01
     assert f"ends {1e3 * path.final_error:.0f} mm from the goal" in path.reason
     last = np.diff(path.positions[-3:], axis=0)
@@ -273,8 +269,7 @@ def test_a_gap_that_is_too_narrow_for_the_spare_clearance_is_passed(
         behind_the_wall,
         state=rod.rest(*ends[0]).state,
         grips=(ends[0][0], ends[0][1]),
-        goal=rod.rest(*ends[1]).state.positions,
-        goal_grips=(ends[1][0], ends[1][1]),
+        goal=Goal(rod.rest(*ends[1]).state.positions, ends[1][0], ends[1][1]),
         obstacles=walls,
         limits=replace(Limits(), gripper_radius=0.004, gripper_height=0.008, keep_out=0.0),
         clearance=0.006,

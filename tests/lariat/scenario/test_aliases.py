@@ -86,6 +86,6 @@ def assert_holds(new: Descriptor, old: Descriptor) -> None:
 
 
 def test_an_old_scenario_is_read_as_the_present_one():
-    old = Path(__file__).parent / "scenario" / "old" / "version-1.toml"
+    old = Path(__file__).parent / "old" / "version-1.toml"
     assert isinstance(load(old), Scenario)
     assert load(old).version == 1

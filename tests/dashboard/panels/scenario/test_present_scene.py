@@ -10,13 +10,12 @@ import pytest
 from dashboard.panels.scenario.present_scene import goal_settings, obstacle_settings
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from lariat.scenario import SIDES, Scenario, find, load
+from lariat.scenario import SIDES, Goal, Scenario, find, load
 from lariat.scenario.shipped import shipped_names
-from shared.messages import Goal, grip, grip_pose
 from stack.scenario_overrides import load_with
 
 
-def goal_of(scenario: Scenario) -> Goal:
+def published_goal(scenario: Scenario) -> Goal:
     """Goal of a scenario as the controller publishes it: what an end cannot move is the start's."""
     left, right = (
         Pose(
@@ -27,26 +26,25 @@ def goal_of(scenario: Scenario) -> Goal:
             SIDES, scenario.grips(scenario.start), scenario.grips(scenario.goal), strict=True
         )
     )
-    return Goal(left=grip(left), right=grip(right), turns=scenario.goal.turns)
+    return Goal(np.zeros((0, 3)), left, right, turns=scenario.goal.turns)
 
 
 @pytest.mark.parametrize("name", shipped_names())
 def test_scene_of_the_scenario_needs_no_setting(name: str) -> None:
     scenario = load(name)
-    assert goal_settings(goal_of(scenario), scenario) == []
+    assert goal_settings(published_goal(scenario), scenario) == []
     assert obstacle_settings(scenario.bodies, scenario) == []
 
 
 @pytest.mark.parametrize("name", ["rope", "two-turns"])
 def test_goal_is_saved_by_its_grips(name: str) -> None:
     scenario = load(name)
-    goal = goal_of(scenario)
-    left, right = grip_pose(goal.left), grip_pose(goal.right)
+    goal = published_goal(scenario)
+    left, right = goal.grips
     moved = Pose(right.position + np.array([0.01, 0.0, -0.02]), right.orientation)
-    goal.right.CopyFrom(grip(moved))
-    saved = load_with(find(name), goal_settings(goal, scenario))
-    kept = goal_of(saved)
-    for pose, wanted in ((grip_pose(kept.left), left), (grip_pose(kept.right), moved)):
+    saved = load_with(find(name), goal_settings(replace(goal, right=moved), scenario))
+    kept = published_goal(saved)
+    for pose, wanted in ((kept.left, left), (kept.right, moved)):
         assert pose.position == pytest.approx(wanted.position, abs=1e-6)
         assert pose.orientation == pytest.approx(wanted.orientation, abs=1e-5)
     assert saved.goal.turns == scenario.goal.turns
@@ -54,16 +52,15 @@ def test_goal_is_saved_by_its_grips(name: str) -> None:
 
 def test_stretch_of_a_goal_is_saved_with_its_grips() -> None:
     scenario = load("three-cylinders")
-    goal = goal_of(scenario)
-    goal.part[:] = (0.12, 0.3)
+    whole = published_goal(scenario)
+    goal = replace(whole, part=(0.12, 0.3))
     saved = load_with(find("three-cylinders"), goal_settings(goal, scenario))
     assert saved.goal.part == (0.12, 0.3)
     for kept, wanted in zip(saved.grips(saved.goal), scenario.grips(scenario.goal), strict=True):
         assert kept.position == pytest.approx(wanted.position, abs=1e-6)
     # The stretch of the scenario that is saved needs no setting, and the whole rope needs one.
     assert goal_settings(goal, saved) == []
-    del goal.part[:]
-    again = load_with(find("three-cylinders"), goal_settings(goal, saved))
+    again = load_with(find("three-cylinders"), goal_settings(whole, saved))
     assert again.goal.part is None
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from lariat.control.run.goal_events import GoalEvents
 from lariat.control.run.reasons import ReasonCode
 from lariat.control.run.state_machine import RunEvent, RunState
-from lariat.control.run.task import Goal, Task
-from lariat.scenario import Shape
+from lariat.control.run.task import Task
+from lariat.scenario import Goal, Shape
 from lariat.scenario.sections import Event
 from lariat.trajectory import SECOND
 from tests.lariat.control.run.test_task import task

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from lariat.control.run.arm_condition import ArmCondition
-from lariat.control.run.goals import GoalRequest
 from lariat.control.run.reasons import Reason, ReasonCode
 from lariat.control.run.requests import Request, RequestAction, carry_out, preview
 from lariat.control.run.state_machine import RunState
-from lariat.control.run.task import Goal, RequestRefused, Task
+from lariat.control.run.task import RequestRefused, Task
+from lariat.scenario import Goal
 from tests.lariat.control.run.test_task import task
 
 READY = ArmCondition(True, True, "braked", 0, 0, "")
@@ -25,7 +25,7 @@ class Goals:
     def __init__(self, goal: Goal, refusal: str = "") -> None:
         self.goal, self.refusal = goal, refusal
 
-    def from_request(self, request: GoalRequest, obstacles: tuple) -> Goal:
+    def from_request(self, request: Goal, obstacles: tuple, pull: object = None) -> Goal:
         return self.goal
 
     def check(self, goal: Goal, obstacles: tuple) -> None:
@@ -87,9 +87,9 @@ def test_start_with_an_obstruction_is_refused_with_its_reason() -> None:
 
 def test_goal_is_replaced_only_when_it_passes_its_checks() -> None:
     t = task()
-    request(t, RequestAction.SET_GOAL, refusal="too long", goal=GoalRequest())
+    request(t, RequestAction.SET_GOAL, refusal="too long", goal=t.goal)
     assert (t.goal.turns, t.goal_revision, t.refusal) == (0.0, 1, "too long")
-    request(t, RequestAction.SET_GOAL, goal=GoalRequest())
+    request(t, RequestAction.SET_GOAL, goal=t.goal)
     assert (t.goal.turns, t.goal_revision, t.refusal) == (1.0, 2, "")
 
 
@@ -107,15 +107,15 @@ def test_unknown_action_is_answered_and_changes_nothing() -> None:
 
 def test_preview_holds_the_goal_and_the_reason_why_it_is_refused() -> None:
     goal = task().goal
-    refused = preview(GoalRequest(), Goals(goal, "in the post"), (), False)  # pyright: ignore
+    refused = preview(goal, None, Goals(goal, "in the post"), (), False)  # pyright: ignore
     assert (refused.goal, refused.problem) == (goal, "in the post")
-    allowed = preview(GoalRequest(), Goals(goal), (), True)  # pyright: ignore
+    allowed = preview(goal, None, Goals(goal), (), True)  # pyright: ignore
     assert np.array_equal(allowed.goal.nodes, goal.nodes)  # pyright: ignore
     assert allowed.problem == ""
 
 
 def test_node_is_not_pulled_while_a_run_goes_on() -> None:
-    pulled = GoalRequest(pull=(3, np.zeros(3)))
-    refused = preview(pulled, Goals(task().goal), (), running=True)  # pyright: ignore
+    pulled = (3, np.zeros(3))
+    refused = preview(task().goal, pulled, Goals(task().goal), (), running=True)  # pyright: ignore
     assert refused.goal is None
     assert "pause or stop it" in refused.problem

@@ -9,7 +9,8 @@ import pytest
 
 from lariat.control.run.reasons import ReasonCode
 from lariat.control.run.state_machine import RunEvent, RunState
-from lariat.control.run.task import Goal, RequestRefused, Task
+from lariat.control.run.task import RequestRefused, Task
+from lariat.scenario import Goal
 from tests.services.controller.cell import grips
 
 

@@ -11,6 +11,7 @@ from lariat.planning.problem import Problem
 from lariat.planning.tree_search.search import TreeSearch, pose_displacements
 from lariat.planning.tree_search.settings import TreeSearchSettings
 from lariat.rod import RolloutSpec
+from lariat.scenario import Goal
 from tests.lariat.planning.test_whole_path import LEVEL, behind_the_wall, window
 
 __all__ = ["behind_the_wall"]
@@ -26,8 +27,7 @@ def exchange(behind_the_wall: Problem) -> Problem:
         behind_the_wall,
         state=rod.rest(start[0], start[1]).state,
         grips=(start[0], start[1]),
-        goal=rod.rest(goal[0], goal[1]).state.positions,
-        goal_grips=(goal[0], goal[1]),
+        goal=Goal(rod.rest(goal[0], goal[1]).state.positions, goal[0], goal[1]),
         obstacles=(TABLE,),
     )
 
@@ -44,7 +44,7 @@ def test_trees_lead_a_rope_lengthwise_through_a_window_half_as_wide(
     rollout = problem.rod.rollout(RolloutSpec(problem.state, actions, 0.4))
     clear = [chain_clearance(n, problem.radius, problem.obstacles) for n in rollout.positions]
     assert min(clear) > 0.003
-    last = np.mean(np.linalg.norm(rollout.positions[-1] - problem.goal, axis=1))
+    last = np.mean(np.linalg.norm(rollout.positions[-1] - problem.goal.nodes, axis=1))
     assert last < 0.02
 
 
@@ -75,8 +75,7 @@ def test_a_fixed_grip_stays_where_it_is(behind_the_wall: Problem) -> None:
     problem = replace(
         behind_the_wall,
         moves=moves,
-        goal=behind_the_wall.rod.rest(*goal).state.positions,
-        goal_grips=goal,
+        goal=Goal(behind_the_wall.rod.rest(*goal).state.positions, *goal),
         obstacles=(TABLE, post),
     )
     found = TreeSearch(problem, 0.008, 0).run()

@@ -1,16 +1,18 @@
-"""Goal message for a live controller, from a shape of a scenario."""
+"""Goal for a live controller, from a shape of a scenario."""
 
 from __future__ import annotations
 
-from lariat.scenario import Scenario, Shape
+from dataclasses import replace
+
+from lariat.scenario import Goal, Scenario, Shape
 from shared import topics
-from shared.messages import Goal, GoalDraft, GoalPreview, TaskState, grip
+from shared.messages import GoalDraft, GoalPreview, TaskState, goal_of, grip
 from shared.runtime.clock import SystemClock
 from stack.client import Client, RequestFailed
 
 
-def goal_message(scenario: Scenario, shape: Shape, client: Client) -> Goal:
-    """Goal message of a shape; the controller computes the nodes of one given by its grips alone.
+def live_goal(scenario: Scenario, shape: Shape, client: Client) -> Goal:
+    """Goal of a shape; the controller computes the nodes of one given by its grips alone.
 
     Args:
         scenario: The cell.
@@ -24,31 +26,31 @@ def goal_message(scenario: Scenario, shape: Shape, client: Client) -> Goal:
     left, right = scenario.grips(shape)
     nodes = scenario.nodes(shape)
     if shape.leaves_grips_open:
-        return _part_message(scenario, shape)
+        return _goal_of_part(scenario, shape)
     if nodes is None:
         goal = _rest_shape(GoalDraft(left=grip(left), right=grip(right)), client)
     else:
-        goal = Goal(positions=nodes.ravel(), left=grip(left), right=grip(right))
-    goal.left_oriented = shape.left_orientation is not None and shape.part is None
-    goal.right_oriented = shape.right_orientation is not None and shape.part is None
-    goal.part[:] = shape.part or ()
-    goal.turns, goal.ends_only = shape.turns, shape.ends_only
-    return goal
+        goal = Goal(nodes, left, right)
+    return replace(
+        goal,
+        left_oriented=shape.left_orientation is not None and shape.part is None,
+        right_oriented=shape.right_orientation is not None and shape.part is None,
+        **shape.terms,
+    )
 
 
-def _part_message(scenario: Scenario, shape: Shape) -> Goal:
+def _goal_of_part(scenario: Scenario, shape: Shape) -> Goal:
     """Goal of a part of the rope, fitted here: the controller's steps cannot wait for it."""
     # Imported late: the rod starts a compiler, which other goals do not need.
     from lariat.control.run.goals import GoalFactory
     from lariat.control.run.task import RequestRefused
     from lariat.rod import Rod
     from lariat.scenario.rod_properties import rod_properties
-    from services.controller import messages
 
     rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
     goals = GoalFactory(scenario, rod, scenario.grips(scenario.start))
     try:
-        return messages.goal_message(goals.from_shape(shape))
+        return goals.from_shape(shape)
     except RequestRefused as error:
         raise RequestFailed(f"refused: {error}") from error
 
@@ -67,4 +69,4 @@ def _rest_shape(draft: GoalDraft, client: Client) -> Goal:
     )
     if not preview.reachable:
         raise RequestFailed(f"refused: {preview.reason}")
-    return preview.goal
+    return goal_of(preview.goal)

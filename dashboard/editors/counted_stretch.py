@@ -106,6 +106,11 @@ class CountedStretch:
         self._when_changed()
 
     @property
+    def has_shape(self) -> bool:
+        """Whether the shape of the rope, or of a stretch of it, counts."""
+        return not self.ends_only
+
+    @property
     def part(self) -> tuple[float, float] | None:
         """Distances of its ends from the rope's left end [m]; None where there is no stretch."""
         if self.ends_only:

@@ -217,8 +217,8 @@ class GoalEditor:
         self._touched = True
         preview = self._preview
         # A shape that is free is not pulled.
-        if self._handle.visible == self._stretch.ends_only:
-            self._handle.show(not self._stretch.ends_only)
+        if self._handle.visible != self._stretch.has_shape:
+            self._handle.show(self._stretch.has_shape)
             if preview is not None:
                 self._handle.take_shape(chain(preview.goal.positions))
         if preview is not None:
@@ -271,7 +271,7 @@ class GoalEditor:
         fields = (*self._fields.values(), *self._angle_fields.values(), *self._turns_fields)
         for handle in (*self._gizmos.values(), *fields, self._set, self._status):
             handle.visible = editing
-        self._handle.show(editing and not self._stretch.ends_only)
+        self._handle.show(editing and self._stretch.has_shape)
         self._stretch.show(editing)
         if editing:
             self._show_status(StatusLine(self._stretch.invitation, palette.QUIET))

@@ -55,7 +55,7 @@ class Score:
     max_node_error_mm: float | None
     """Largest node distance between true rope and goal, averaged over the last 0.2 s."""
     final_angle_rad: float | None
-    """Angle of the true rope's ends from a goal with `ends_only`, averaged over the last 0.2 s."""
+    """Angle of the true rope's ends from a goal of them alone, averaged over the last 0.2 s."""
     final_shape_error_mm: float | None
     """Mean distance of the goal's nodes from the curve of the true rope at the end: without what
     the rope is shifted along itself."""

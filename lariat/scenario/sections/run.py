@@ -18,10 +18,10 @@ class Run:
     time_limit: Annotated[float, Bounds(0.1, 3600.0, "s")] = 10.0
     """Duration after which a run ends."""
     tolerance: Annotated[float, Bounds(1e-6, 0.5, "m")] = 0.003
-    """Mean node distance to the goal below which it counts as reached; of the ends alone where the
-    goal is `ends_only`."""
+    """Mean node distance to the goal below which it counts as reached; of the ends alone where
+    these are the whole goal."""
     angle_tolerance: Annotated[float, Bounds(1e-3, 3.2, "rad")] = 0.05
-    """Angle between the rope's ends and those of a goal with `ends_only` below which it counts as
+    """Angle between the rope's ends and those of a goal of the ends alone below which it counts as
     reached, where the ends rotate."""
 
 

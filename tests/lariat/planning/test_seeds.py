@@ -36,7 +36,9 @@ def test_the_highest_lift_brings_the_rope_over_the_highest_obstacle(
     behind_the_wall: Problem,
 ) -> None:
     lift = lift_offsets(behind_the_wall)[-1][2]
-    lowest = min(behind_the_wall.state.positions[:, 2].min(), behind_the_wall.goal.nodes[:, 2].min())
+    lowest = min(
+        behind_the_wall.state.positions[:, 2].min(), behind_the_wall.goal.nodes[:, 2].min()
+    )
     clearance = lowest + lift - behind_the_wall.radius - 0.19
     assert behind_the_wall.clearance <= clearance < behind_the_wall.clearance + 0.02
 

@@ -10,7 +10,7 @@ from lariat.geometry import polylines, poses
 from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.scenario import Scenario
 from shared import topics
-from shared.messages import chain, counted_nodes, goal_angle
+from shared.messages import chain, goal_of
 from stack.planning import scenario_problem
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
@@ -46,7 +46,7 @@ def test_ends_are_met_whatever_shape_a_rope_twice_as_stiff_takes() -> None:
     assert 1e-3 * (free.score.final_error_mm or 0.0) == pytest.approx(ends_error(free), abs=2e-5)
     state = free.stack.latest(topics.TASK_STATE)
     assert state is not None
-    assert counted_nodes(state.goal).sum() == 2
+    assert goal_of(state.goal).counted.sum() == 2
     # The same ends with the model's shape between them: the ends give way for the shape.
     shaped = closed_loop.run(cell("ends_only=false"), stop_after=1.5)
     assert ends_error(shaped) > 1e-3
@@ -63,10 +63,9 @@ def test_an_end_that_rotates_comes_to_its_orientation() -> None:
     state = outcome.stack.latest(topics.TASK_STATE)
     assert rope is not None
     assert state is not None
-    assert state.angle_error == pytest.approx(
-        goal_angle(state.goal, chain(rope.positions)), abs=5e-3
-    )
-    assert goal_angle(state.goal, np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])) > 0.7
+    goal = goal_of(state.goal)
+    assert state.angle_error == pytest.approx(goal.angle(chain(rope.positions)), abs=5e-3)
+    assert goal.angle(np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])) > 0.7
 
 
 def test_plan_is_judged_by_the_ends_alone() -> None:

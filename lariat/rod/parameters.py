@@ -4,44 +4,33 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from jaxtyping import Int64
 
-from lariat.rod.launch.codes import Parameter
-from lariat.rod.launch.layout import PARAMETER_WIDTH
+from lariat.rod.launch.layout import PARAMETER_WIDTH, ParameterCode
 from lariat.rod.properties import RodProperties
 
+_PROFILE_CODES = {
+    "stiffness_profile": ParameterCode.STIFFNESS_PROFILE,
+    "density_profile": ParameterCode.DENSITY_PROFILE,
+    "rest_curvature": ParameterCode.REST_CURVATURE_1,
+}
+"""Codes of parameters with one value for each knot, by field of `RodProperties`."""
 _SCALAR_CODES = {
-    "bending_stiffness": Parameter.BENDING_STIFFNESS,
-    "twisting_stiffness": Parameter.TWISTING_STIFFNESS,
-    "stretch_stiffness": Parameter.STRETCH_STIFFNESS,
-    "damping": Parameter.DAMPING,
-    "internal_damping": Parameter.INTERNAL_DAMPING,
-    "linear_density": Parameter.LINEAR_DENSITY,
-    "length": Parameter.LENGTH,
-    "rest_curvature_1": Parameter.REST_CURVATURE,
-    "rest_curvature_2": Parameter.REST_CURVATURE_2,
-    "rest_twist": Parameter.REST_TWIST,
+    code.name.lower(): code for code in ParameterCode if code.name.lower() not in _PROFILE_CODES
 }
 """Codes of scalar parameters, by name."""
 PARAMETERS = tuple(_SCALAR_CODES)
 """Names of scalar parameters, each varied with all others held constant.
 
-Units: bending_stiffness and twisting_stiffness [N m^2], stretch_stiffness [N], damping [1/s],
-internal_damping [s], linear_density [kg/m], length [m] at constant density and stiffness. The last
-three, [1/m], shift the rest curvature of the whole rod. Beside them, `stiffness_profile[k]` [-],
-`density_profile[k]` [-] and `rest_curvature[k][c]` [1/m] name single entries of `RodProperties`.
+They are those of `RodProperties`, in its units; the length varies at constant density and
+stiffness. `rest_curvature_1`, `rest_curvature_2` and `rest_twist` [1/m] shift the rest curvature of
+the whole rod. Beside them, `stiffness_profile[k]` [-], `density_profile[k]` [-] and
+`rest_curvature[k][c]` [1/m] name single entries of `RodProperties`.
 """
-
-_PROFILE_CODES = {
-    "stiffness_profile": Parameter.STIFFNESS_PROFILE,
-    "density_profile": Parameter.DENSITY_PROFILE,
-    "rest_curvature": Parameter.REST_CURVATURE,
-}
-"""Codes of parameters with one value for each knot, by field of `RodProperties`."""
-_FIELDS = ("stretch_stiffness", "damping", "internal_damping", "linear_density", "length")
+_FIELDS = {field.name for field in fields(RodProperties)} & {*PARAMETERS}
 """Parameters that are fields of `RodProperties`."""
 _KNOT_NAME = re.compile(
     r"(stiffness_profile|density_profile|rest_curvature)\[(\d+)\](?:\[([012])\])?"
@@ -100,10 +89,9 @@ def with_parameters(properties: RodProperties, values: Mapping[str, float]) -> R
         found = _KNOT_NAME.fullmatch(name)
         if found is not None:
             profiles[found[1]][tuple(int(k) for k in found.groups()[1:] if k is not None)] = value
-    fields = {name: values[name] for name in _FIELDS if name in values}
     return replace(
         changed,
-        **fields,
+        **{name: value for name, value in values.items() if name in _FIELDS},
         stiffness_profile=tuple(profiles["stiffness_profile"].tolist()),
         density_profile=tuple(profiles["density_profile"].tolist()),
         rest_curvature=tuple((a, b, c) for a, b, c in profiles["rest_curvature"].tolist()),

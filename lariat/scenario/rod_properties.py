@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 from lariat.rod import RodProperties
 from lariat.scenario.sections import Rope
 
 
 def rod_properties(rope: Rope) -> RodProperties:
     """Return the properties of the rod that models a rope."""
-    return RodProperties(
-        length=rope.length,
-        diameter=rope.diameter,
-        linear_density=rope.linear_density,
-        youngs_modulus=rope.youngs_modulus,
-        poisson_ratio=rope.poisson_ratio,
-        stretch_stiffness=rope.stretch_stiffness,
-        damping=rope.damping,
-        internal_damping=rope.internal_damping,
-    )
+    own = {field.name for field in fields(RodProperties)}
+    return RodProperties(**{key: value for key, value in vars(rope).items() if key in own})

@@ -88,7 +88,7 @@ def parameter_derivatives_at(ni: ti.template(), rod, group, j):
 
 @ti.func
 def parameter_code_at(ni: ti.template(), p):
-    """Place in the integer array of the `Parameter`, knot and knot count of parameter p."""
+    """Place in the integer array of the `ParameterCode`, knot and knot count of parameter p."""
     return STEP_BLOCKS + ni[Header.HORIZON] + PARAMETER_WIDTH * p
 
 

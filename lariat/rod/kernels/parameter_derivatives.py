@@ -29,13 +29,14 @@ from lariat.rod.kernels.step_terms import (
     weighted_inertia,
 )
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
-from lariat.rod.launch.codes import Parameter, Task
+from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     COLUMNS_WIDTH,
     GROUP_COLUMNS,
     HISTORY_SLOTS,
     EffectiveBend,
     Header,
+    ParameterCode,
     Scalar,
     Section,
     TimeRow,
@@ -87,7 +88,7 @@ def parameter_derivatives(
             code = ni[parameter_code_at(ni, p)]
             knot = ni[parameter_code_at(ni, p) + 1]
             knots = ni[parameter_code_at(ni, p) + 2]
-            if code == Parameter.STRETCH_STIFFNESS or code == Parameter.LENGTH:
+            if code == ParameterCode.STRETCH_STIFFNESS or code == ParameterCode.LENGTH:
                 for i in range(first_edge, end_edge):
                     q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i))
                     r = rotation_matrix(q)
@@ -97,7 +98,7 @@ def parameter_derivatives(
                     strain = edge / length - ti.Vector([r[0, 2], r[1, 2], r[2, 2]])
                     force = strain
                     moment = ti.Vector([0.0, 0.0, 0.0])
-                    if code == Parameter.STRETCH_STIFFNESS:
+                    if code == ParameterCode.STRETCH_STIFFNESS:
                         local = r.transpose() @ strain
                         moment = ti.Vector([length * local[1], -length * local[0], 0.0])
                     else:
@@ -106,29 +107,29 @@ def parameter_derivatives(
                     add_parameter_derivative(ni, w, rod, p, 2 * i + 2, force)
                     add_parameter_derivative(ni, w, rod, p, 2 * i + 1, moment)
             inertial = (
-                code == Parameter.DAMPING
-                or code == Parameter.LINEAR_DENSITY
-                or code == Parameter.LENGTH
+                code == ParameterCode.DAMPING
+                or code == ParameterCode.LINEAR_DENSITY
+                or code == ParameterCode.LENGTH
             )
             # Mass, weight and contact are proportional to the length.
             per_length = 1.0 / (length * edges)
-            if inertial or code == Parameter.DENSITY_PROFILE:
+            if inertial or code == ParameterCode.DENSITY_PROFILE:
                 for i in range(first_edge, end_edge + 1):
                     mass = w[rod + ni[Section.MASSES] + i]
                     x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
                     displacement = x - load3(w, target_position_at(ni, rod, step, i))
                     force = mass * (weight * displacement - gravity)
-                    if code == Parameter.DAMPING:
+                    if code == ParameterCode.DAMPING:
                         for back in range(1, 3):
                             share = w[time_at(ni, rod, step) + TimeRow.BASE_SHARES + back - 1]
                             x -= share * load3(
                                 w, position_at(ni, rod, step + HISTORY_SLOTS - back, i)
                             )
                         force = (mass / h) * x
-                    elif code == Parameter.LENGTH:
+                    elif code == ParameterCode.LENGTH:
                         force += load3(w, rod + ni[Section.GRADIENT] + 6 * i)
                         force *= per_length
-                    elif code == Parameter.LINEAR_DENSITY:
+                    elif code == ParameterCode.LINEAR_DENSITY:
                         force /= density
                     else:
                         share = 1.0
@@ -147,9 +148,9 @@ def parameter_derivatives(
                         load4(w, target_orientation_at(ni, rod, step, i)),
                     )
                     moment = momentum_map.transpose() @ (2.0 * inertia * im)
-                    if code == Parameter.LINEAR_DENSITY:
+                    if code == ParameterCode.LINEAR_DENSITY:
                         moment /= density
-                    elif code == Parameter.LENGTH:
+                    elif code == ParameterCode.LENGTH:
                         moment *= per_length
                     else:
                         moment *= h / damped
@@ -157,10 +158,10 @@ def parameter_derivatives(
                         moment -= (h * carry * carry) * derivative
                     add_parameter_derivative(ni, w, rod, p, 2 * i + 1, moment)
             if (
-                code == Parameter.BENDING_STIFFNESS
-                or code == Parameter.TWISTING_STIFFNESS
-                or code == Parameter.INTERNAL_DAMPING
-                or (code >= Parameter.LENGTH and code != Parameter.DENSITY_PROFILE)
+                code == ParameterCode.BENDING_STIFFNESS
+                or code == ParameterCode.TWISTING_STIFFNESS
+                or code == ParameterCode.INTERNAL_DAMPING
+                or (code >= ParameterCode.LENGTH and code != ParameterCode.DENSITY_PROFILE)
             ):
                 for j in range(n - 2):
                     u, jacobian, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
@@ -177,32 +178,32 @@ def parameter_derivatives(
                     moment = load3(w, effective + EffectiveBend.STIFFNESS) * (
                         u - load3(w, effective + EffectiveBend.REST)
                     )
-                    if code == Parameter.BENDING_STIFFNESS:
+                    if code == ParameterCode.BENDING_STIFFNESS:
                         moment *= share / scalar(ni, w, rod, Scalar.BENDING_STIFFNESS)
                         moment[2] = 0.0
-                    elif code == Parameter.TWISTING_STIFFNESS:
+                    elif code == ParameterCode.TWISTING_STIFFNESS:
                         moment *= share / scalar(ni, w, rod, Scalar.TWISTING_STIFFNESS)
                         moment[0] = 0.0
                         moment[1] = 0.0
-                    elif code == Parameter.STIFFNESS_PROFILE:
+                    elif code == ParameterCode.STIFFNESS_PROFILE:
                         moment *= (
                             share
                             * scalar(ni, w, rod, Scalar.BENDING_STIFFNESS)
                             / (bend_length * stiffness[0])
                         )
-                    elif code == Parameter.INTERNAL_DAMPING:
+                    elif code == ParameterCode.INTERNAL_DAMPING:
                         carries = w[time_at(ni, rod, step) + TimeRow.KEEPS_VELOCITY]
                         moment = (
                             (carries / h)
                             * stiffness
                             * (u - load3(w, effective + EffectiveBend.DAMPED_FROM))
                         )
-                    elif code == Parameter.LENGTH:
+                    elif code == ParameterCode.LENGTH:
                         moment = -per_length * (moment + stiffness * rest)
                     else:
                         for a in ti.static(range(3)):
                             moment[a] = 0.0
-                            if code == Parameter.REST_CURVATURE + a:
+                            if code == ParameterCode.REST_CURVATURE_1 + a:
                                 moment[a] = -share * stiffness[a] * bend_length
                     add_parameter_derivative(
                         ni, w, rod, p, 2 * j + 1, -(jacobian.transpose() @ moment)

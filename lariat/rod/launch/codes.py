@@ -1,4 +1,4 @@
-"""Integer codes of derivatives, holds, parameters, tasks and shapes in launches and kernels."""
+"""Integer codes of derivatives, holds, tasks and shapes in launches and kernels."""
 
 from __future__ import annotations
 
@@ -20,24 +20,6 @@ class EndHold(IntEnum):
     FREE = 0
     PINNED = 1
     CLAMPED = 2
-
-
-class Parameter(IntEnum):
-    """Parameters of the rod with respect to which derivatives can be taken."""
-
-    BENDING_STIFFNESS = 0
-    TWISTING_STIFFNESS = auto()
-    STRETCH_STIFFNESS = auto()
-    DAMPING = auto()
-    INTERNAL_DAMPING = auto()
-    LINEAR_DENSITY = auto()
-    LENGTH = auto()
-    STIFFNESS_PROFILE = auto()
-    REST_CURVATURE = auto()
-    """Curvature about d1; that about d2 and the twist follow."""
-    REST_CURVATURE_2 = auto()
-    REST_TWIST = auto()
-    DENSITY_PROFILE = auto()
 
 
 class Task(IntEnum):

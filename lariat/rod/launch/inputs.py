@@ -269,18 +269,13 @@ def pack_constants(model: ImplicitRodModel) -> Constants:
     """Return the numbers of every launch that depend on the rod alone."""
     p, n, length = model.properties, model.node_count, model.edge_length
     scalars = np.zeros(len(Scalar))
-    scalars[Scalar.STRETCH_STIFFNESS] = p.stretch_stiffness
-    scalars[Scalar.DAMPING] = p.damping
-    scalars[Scalar.INTERNAL_DAMPING] = p.internal_damping
+    for scalar in Scalar:
+        scalars[scalar] = getattr(p, scalar.name.lower(), 0.0)
     scalars[Scalar.EDGE_LENGTH] = length
     scalars[Scalar.GRAVITY_X : Scalar.GRAVITY_Z + 1] = model.gravity
     scalars[Scalar.CONTACT_STIFFNESS] = p.effective_contact_stiffness
     scalars[Scalar.CONTACT_REACH] = p.diameter / 2.0 + p.contact_margin
-    scalars[Scalar.CONTACT_MARGIN] = p.contact_margin
     scalars[Scalar.TOLERANCE] = model.tolerance
-    scalars[Scalar.BENDING_STIFFNESS] = p.bending_stiffness
-    scalars[Scalar.TWISTING_STIFFNESS] = p.twisting_stiffness
-    scalars[Scalar.LINEAR_DENSITY] = p.linear_density
     # Solid cylinder: rho I is the linear density times r^2 / 4, and twice that about its axis.
     scalars[Scalar.BENDING_INERTIA] = p.linear_density * length * p.diameter**2 / 16.0
     scalars[Scalar.TWISTING_INERTIA] = 2.0 * scalars[Scalar.BENDING_INERTIA]

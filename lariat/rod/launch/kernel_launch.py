@@ -34,7 +34,7 @@ def allocate(
         sizes: Sizes of the launch.
         block_of_step: Action block that drives each step.
         model_header: Integers of the header that depend on the rod alone.
-        parameters: `Parameter`, knot and count of knots of each differentiated parameter.
+        parameters: `ParameterCode`, knot and count of knots of each differentiated parameter.
     """
     places, stride, template = _plan(sizes)
     buffers = pool.cut(sizes, places, stride, template)

@@ -135,11 +135,11 @@ MODEL_HEADER = slice(Header.FIRST_EDGE, Header.SELF_CONTACT_GAP + 1)
 STEP_BLOCKS = len(Header) + len(Section)
 """Place in the integer array of the action block of the first step; the parameters follow."""
 PARAMETER_WIDTH = 3
-"""Integers of a parameter: its `Parameter`, the knot of a profile, and the number of knots."""
+"""Integers of a parameter: its `ParameterCode`, the knot of a profile, and the number of knots."""
 
 
 class Scalar(IntEnum):
-    """Places of a rod's constants in their section."""
+    """Places of a rod's constants in their section; those of `RodProperties` have its names."""
 
     STRETCH_STIFFNESS = 0
     DAMPING = auto()
@@ -160,6 +160,24 @@ class Scalar(IntEnum):
     TWISTING_INERTIA = auto()
     """Moment of inertia of an edge about its own axis [kg m^2]."""
     INTERNAL_DAMPING = auto()
+
+
+class ParameterCode(IntEnum):
+    """Parameters of the rod with respect to which derivatives can be taken, by their names."""
+
+    BENDING_STIFFNESS = 0
+    TWISTING_STIFFNESS = auto()
+    STRETCH_STIFFNESS = auto()
+    DAMPING = auto()
+    INTERNAL_DAMPING = auto()
+    LINEAR_DENSITY = auto()
+    LENGTH = auto()
+    REST_CURVATURE_1 = auto()
+    """Curvature about d1, of the whole rod or of a knot; that about d2 and the twist follow."""
+    REST_CURVATURE_2 = auto()
+    REST_TWIST = auto()
+    STIFFNESS_PROFILE = auto()
+    DENSITY_PROFILE = auto()
 
 
 class TimeRow(IntEnum):

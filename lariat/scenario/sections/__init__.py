@@ -12,7 +12,7 @@ from lariat.scenario.sections.control import (
 from lariat.scenario.sections.ends import DRIVERS, OWN_PROTOCOL_DRIVERS, End, Ends
 from lariat.scenario.sections.goal import MIN_PART_NODES, Goal, Shape
 from lariat.scenario.sections.limits import Limits
-from lariat.scenario.sections.plant import Plant, PlantRope, Slip, TrueGrip, TrueGrips
+from lariat.scenario.sections.plant import Plant, Slip, TrueGrip, TrueGrips
 from lariat.scenario.sections.quantities import (
     SIDES,
     Color,
@@ -22,7 +22,7 @@ from lariat.scenario.sections.quantities import (
     Side,
     Vector,
 )
-from lariat.scenario.sections.rope import Rope
+from lariat.scenario.sections.rope import PlantRope, Rope
 from lariat.scenario.sections.run import Event, Recording, Run
 from lariat.scenario.sections.scene import Obstacle, Region, Waypoint
 from lariat.scenario.sections.sensing import (

@@ -7,28 +7,7 @@ from typing import Annotated, Literal
 
 from lariat.configuration import Bounds
 from lariat.scenario.sections.quantities import Color, Vector
-
-
-@dataclass(frozen=True)
-class PlantRope:
-    """Properties in which the true rope differs from `[rope]`."""
-
-    length: Annotated[float, Bounds(0.02, 20.0, "m")] | None = None
-    diameter: Annotated[float, Bounds(5e-4, 0.1, "m")] | None = None
-    node_count: Annotated[int, Bounds(5, 1200)] | None = None
-    """Number of nodes of the simulated rope; by default every edge of `[rope]` is three edges of
-    it."""
-    linear_density: Annotated[float, Bounds(1e-4, 20.0, "kg/m")] | None = None
-    youngs_modulus: Annotated[float, Bounds(1e3, 3e11, "Pa")] | None = None
-    poisson_ratio: Annotated[float, Bounds(-0.5, 0.5)] | None = None
-    stretch_stiffness: Annotated[float, Bounds(1.0, 1e8, "N")] | None = None
-    damping: Annotated[float, Bounds(0.0, 100.0, "1/s")] | None = None
-    internal_damping: Annotated[float, Bounds(0.0, 1.0, "s")] | None = None
-    """As in `[rope]`; for the models `rod` and `links`."""
-    stiffness_profile: tuple[float, ...] = ()
-    """Factors on the bending stiffness at evenly spaced points along the rope, left end first."""
-    rest_curvature: Annotated[Vector, Bounds(-200.0, 200.0, "1/m")] = (0.0, 0.0, 0.0)
-    """Curvature (two) and twist per length of the unloaded rope, in its material frame."""
+from lariat.scenario.sections.rope import PlantRope
 
 
 @dataclass(frozen=True)

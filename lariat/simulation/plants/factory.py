@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 from lariat.rod import RodProperties
 from lariat.scenario import Scenario
@@ -46,18 +46,16 @@ def _plant_of_true_grips(scenario: Scenario) -> Plant:
     from lariat.simulation.plants.mujoco_plant import MujocoPlant
     from lariat.simulation.plants.mujoco_rope import MujocoRope
 
+    own = {field.name for field in fields(MujocoRope)}
+    given = {key: value for key, value in vars(properties).items() if key in own}
     rope = MujocoRope(
-        length=properties.length,
-        diameter=properties.diameter,
-        node_count=count,
-        linear_density=properties.linear_density,
-        youngs_modulus=properties.youngs_modulus,
-        poisson_ratio=properties.poisson_ratio,
-        damping=properties.damping,
-        internal_damping=properties.internal_damping,
-        stiffness_profile=scenario.plant.rope.stiffness_profile,
-        rest_curvature=scenario.plant.rope.rest_curvature,
-        friction=scenario.plant.friction,
+        **given
+        | {
+            "node_count": count,
+            "stiffness_profile": scenario.plant.rope.stiffness_profile,
+            "rest_curvature": scenario.plant.rope.rest_curvature,
+            "friction": scenario.plant.friction,
+        }
     )
     kind = LinkedRope if scenario.plant.model == "links" else FlexRope
     return MujocoPlant(kind(rope), scenario.bodies)

@@ -14,7 +14,6 @@ from typing import Any
 from lariat.configuration import ConfigurationError, read
 from lariat.files.bounded_file import read_file
 from lariat.files.file_kind import TEXT_KINDS, kind_of
-from lariat.scenario.aliases import with_current_keys
 from lariat.scenario.checks import check
 from lariat.scenario.scenario import SCENARIO_VERSION, Scenario
 from lariat.scenario.sections import SIDES, Event, Goal, Obstacle, Rope, Shape, Side
@@ -79,7 +78,7 @@ def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:
         ConfigurationError: The text is not TOML or a value in it is wrong.
     """
     try:
-        table = with_current_keys(tomllib.loads(text))
+        table = tomllib.loads(text)
     except ConfigurationError:
         raise
     except ValueError as error:

@@ -26,7 +26,6 @@ from shared.messages.arm_pb2 import (
 )
 from shared.messages.control_pb2 import (
     Estimate,
-    Parameter,
     Parameters,
     Path,
     Plan,
@@ -111,7 +110,6 @@ __all__ = [
     "ObstacleMotion",
     "OtherRope",
     "OtherRopes",
-    "Parameter",
     "Parameters",
     "Path",
     "Plan",

@@ -76,18 +76,6 @@ class Plan(_message.Message):
     iterations: int
     def __init__(self, stamp: _Optional[int] = ..., dt: _Optional[int] = ..., node_count: _Optional[int] = ..., nodes: _Optional[_Iterable[float]] = ..., cost: _Optional[_Mapping[str, float]] = ..., iterations: _Optional[int] = ...) -> None: ...
 
-class Parameter(_message.Message):
-    __slots__ = ("name", "value", "standard_deviation", "unit")
-    NAME_FIELD_NUMBER: _ClassVar[int]
-    VALUE_FIELD_NUMBER: _ClassVar[int]
-    STANDARD_DEVIATION_FIELD_NUMBER: _ClassVar[int]
-    UNIT_FIELD_NUMBER: _ClassVar[int]
-    name: str
-    value: float
-    standard_deviation: float
-    unit: str
-    def __init__(self, name: _Optional[str] = ..., value: _Optional[float] = ..., standard_deviation: _Optional[float] = ..., unit: _Optional[str] = ...) -> None: ...
-
 class Estimate(_message.Message):
     __slots__ = ("value", "standard_deviation")
     VALUE_FIELD_NUMBER: _ClassVar[int]
@@ -131,18 +119,16 @@ class XpbdParameters(_message.Message):
     def __init__(self, mass: _Optional[float] = ..., inertia: _Optional[float] = ..., linear_damping: _Optional[float] = ..., angular_damping: _Optional[float] = ..., bending_compliance: _Optional[float] = ...) -> None: ...
 
 class Parameters(_message.Message):
-    __slots__ = ("stamp", "parameters", "prediction_error", "rod", "xpbd")
+    __slots__ = ("stamp", "prediction_error", "rod", "xpbd")
     STAMP_FIELD_NUMBER: _ClassVar[int]
-    PARAMETERS_FIELD_NUMBER: _ClassVar[int]
     PREDICTION_ERROR_FIELD_NUMBER: _ClassVar[int]
     ROD_FIELD_NUMBER: _ClassVar[int]
     XPBD_FIELD_NUMBER: _ClassVar[int]
     stamp: int
-    parameters: _containers.RepeatedCompositeFieldContainer[Parameter]
     prediction_error: float
     rod: RodParameters
     xpbd: XpbdParameters
-    def __init__(self, stamp: _Optional[int] = ..., parameters: _Optional[_Iterable[_Union[Parameter, _Mapping]]] = ..., prediction_error: _Optional[float] = ..., rod: _Optional[_Union[RodParameters, _Mapping]] = ..., xpbd: _Optional[_Union[XpbdParameters, _Mapping]] = ...) -> None: ...
+    def __init__(self, stamp: _Optional[int] = ..., prediction_error: _Optional[float] = ..., rod: _Optional[_Union[RodParameters, _Mapping]] = ..., xpbd: _Optional[_Union[XpbdParameters, _Mapping]] = ...) -> None: ...
 
 class RunResult(_message.Message):
     __slots__ = ("stamp", "run", "reached", "duration", "error", "max_node_error", "min_clearance", "replans", "reason", "reason_code", "angle_error")

@@ -1,8 +1,7 @@
-"""Estimated parameters by name, and conversion of old recordings, which hold names only."""
+"""Estimated parameters by name."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,8 +10,8 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from lariat.rope_parameters import BY_NAME, PUBLISHED, RopeParameter, Values
-from shared.messages.control_pb2 import Estimate, Parameter, Parameters, RodParameters
+from lariat.rope_parameters import PUBLISHED, RopeParameter, Values
+from shared.messages.control_pb2 import Estimate, Parameters, RodParameters
 
 XPBD_UNITS = {
     "mass": "kg",
@@ -22,8 +21,6 @@ XPBD_UNITS = {
     "bending_compliance": "m^2/N",
 }
 """Units of the parameters of the paper's rod."""
-PROFILE_VALUE_NAME = re.compile(r"(\w+)_\d+")
-"""Pattern of the names of a profile's values in old recordings, e.g. `stiffness_profile_2`."""
 
 
 @dataclass(frozen=True)
@@ -82,22 +79,3 @@ def _pairs(estimates: Sequence[Estimate]) -> Float64[np.ndarray, "2 3"]:
         return np.zeros((2, 3))
     values = [e.value if e.standard_deviation > 0.0 else 0.0 for e in estimates]
     return np.reshape(values, (2, 3))
-
-
-def fill_typed_fields(message: Parameters) -> None:
-    """Move the list of names and values of an old recording to the typed fields, in place."""
-    for parameter in message.parameters:
-        _fill(message, parameter)
-    del message.parameters[:]
-
-
-def _fill(message: Parameters, parameter: Parameter) -> None:
-    name = parameter.name
-    estimate = Estimate(value=parameter.value, standard_deviation=parameter.standard_deviation)
-    numbered = PROFILE_VALUE_NAME.fullmatch(name)
-    if name in XPBD_UNITS:
-        setattr(message.xpbd, name, parameter.value)
-    elif name in BY_NAME:
-        getattr(message.rod, name).CopyFrom(estimate)
-    elif numbered and numbered[1] in BY_NAME:
-        getattr(message.rod, numbered[1]).append(estimate)

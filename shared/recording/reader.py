@@ -16,10 +16,8 @@ from zstandard import ZstdError
 from lariat.files.bounded_file import path_inside
 from lariat.files.file_kind import kind_of
 from lariat.scenario import Scenario, parse
-from lariat.scenario.aliases import current_topic_key
 from lariat.suggestion import did_you_mean_file
 from shared import topics
-from shared.messages.upgrade import upgrade
 from shared.recording.chunks import MAX_RECORD_SIZE, PlainReader, records_of
 from shared.recording.layout import METADATA_NAME, PROTOBUF, SCENARIO_ATTACHMENT
 from shared.topics import Topic
@@ -78,9 +76,7 @@ class Entry:
         Raises:
             KeyError: This version of Lariat has no such topic.
         """
-        message = self.topic.type.FromString(self.payload)
-        upgrade(message, self.version)
-        return message
+        return self.topic.type.FromString(self.payload)
 
 
 @dataclass
@@ -155,7 +151,7 @@ class Recording:
                     continue
                 if channel.message_encoding != PROTOBUF:
                     continue
-                key = current_topic_key(channel.topic)
+                key = channel.topic
                 if wanted is None or key in wanted:
                     yield Entry(
                         key,

@@ -1,7 +1,7 @@
 """Reference recordings: every service publishes again what it published when they were made.
 
 `python -m tests.replay.record` makes them; after a change that is meant to change outputs, see
-there. `three-cylinders.mcap` is a recording of an earlier version, kept to show that such are read.
+there.
 """
 
 from __future__ import annotations
@@ -46,17 +46,6 @@ def test_the_references_cover_every_service():
     assert {service for traced in REPLAYED.values() for service in traced} == set(services.ALL)
     for name, traced in REPLAYED.items():
         assert set(replay.traced_services(Recording.open(FOLDER / f"{name}.mcap"))) == set(traced)
-
-
-def test_a_recording_of_an_earlier_version_is_read_whole(tmp_path: Path):
-    recording = Recording.open(FOLDER / "three-cylinders.mcap")
-    assert recording.scenario(tmp_path).name == "three-cylinders"
-    parsed = [(entry.key, entry.parse()) for entry in recording.messages()]
-    assert {topics.ROPE_NODES.key, topics.ARM_STATE.key, topics.RUN_RESULT.key} <= {
-        key for key, _message in parsed
-    }
-    modes = {message.mode for key, message in parsed if key == topics.ARM_STATE.key}
-    assert {ArmStates.ARMED, ArmStates.MOVING} <= modes
 
 
 def test_the_references_hold_adaptation_markers_a_refusal_a_hold_and_an_acknowledgement():

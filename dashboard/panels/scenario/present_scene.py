@@ -9,7 +9,6 @@ import numpy as np
 
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import SIDES, Goal, Scenario
-from lariat.scenario.aliases import with_current_keys
 from lariat.scenario.entries import inline, numbers, obstacle_entry
 
 SAME = 1e-6
@@ -49,7 +48,7 @@ def obstacle_settings(obstacles: Sequence[Obstacle], scenario: Scenario) -> list
         obstacles: Obstacles of the scene.
         scenario: Scenario that runs.
     """
-    table = with_current_keys(tomllib.loads(scenario.text))
+    table = tomllib.loads(scenario.text)
     file = table.get("obstacles", [])
     names = [o.body(k).name for k, o in enumerate(scenario.obstacles)]
     listed = dict(zip(names, zip(file, scenario.obstacles, strict=True), strict=True))

@@ -13,7 +13,6 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 from lariat.configuration import Bounds, Extensible, parse_value, read_value
 from lariat.scenario import Scenario
-from lariat.scenario.aliases import with_current_keys
 from lariat.scenario.reference import field_notes
 
 FIRST_SECTIONS = ("control", "run", "limits", "rope", "sensing", "plant")
@@ -70,7 +69,7 @@ def sections(scenario: Scenario) -> dict[str, tuple[SettingField, ...]]:
     Obstacles, events and cameras are left to the scene's editors and to the file: there may be any
     number of them.
     """
-    table = with_current_keys(tomllib.loads(scenario.text))
+    table = tomllib.loads(scenario.text)
     found = dict(_sections(Scenario, table, ""))
     first = [key for key in FIRST_SECTIONS if key in found]
     return {key: found[key] for key in (*first, *(k for k in found if k not in first))}

@@ -1,4 +1,4 @@
-"""Learnt parameters are typed fields; name lists of old recordings are read into them."""
+"""Learnt parameters by name."""
 
 from __future__ import annotations
 
@@ -6,55 +6,8 @@ import numpy as np
 import pytest
 
 from lariat.geometry import poses
-from shared import topics
-from shared.messages import Estimate, Parameter, Parameters, RodParameters, XpbdParameters
-from shared.messages.parameters import fill_typed_fields, held_ends, named_parameters
-from shared.recording import Entry
-
-NAMES = (
-    "bending_stiffness",
-    "twist_ratio",
-    "damping",
-    "length",
-    "stiffness_profile_1",
-    "stiffness_profile_2",
-    "rest_curvature_1",
-    "rest_curvature_2",
-    "rest_curvature_3",
-)
-OLD = Parameters(
-    stamp=5,
-    parameters=[
-        Parameter(name=name, value=k + 1.0, standard_deviation=0.1 * k)
-        for k, name in enumerate(NAMES)
-    ],
-)
-
-
-def test_parameters_of_an_old_recording_are_read_into_typed_fields() -> None:
-    key = topics.CONTROLLER_PARAMETERS.key
-    entry = Entry(key, "lariat.Parameters", OLD.SerializeToString(), "controller", 0, 5)
-    message = entry.parse()
-    assert not message.parameters
-    assert message.rod.twist_ratio == Estimate(value=2.0, standard_deviation=0.1)
-    assert [e.value for e in message.rod.stiffness_profile] == [5.0, 6.0]
-    assert [e.value for e in message.rod.rest_curvature] == [7.0, 8.0, 9.0]
-    assert not message.HasField("xpbd")
-
-
-def test_old_names_and_values_are_listed_as_before() -> None:
-    message = Parameters.FromString(OLD.SerializeToString())
-    fill_typed_fields(message)
-    listed = {p.name: (p.value, p.standard_deviation) for p in named_parameters(message)}
-    assert listed == {p.name: (p.value, p.standard_deviation) for p in OLD.parameters}
-    assert tuple(listed) == NAMES
-
-
-def test_typed_message_is_left_as_it_is() -> None:
-    message = Parameters(rod=RodParameters(length=Estimate(value=0.45)))
-    before = message.SerializeToString(deterministic=True)
-    fill_typed_fields(message)
-    assert message.SerializeToString(deterministic=True) == before
+from shared.messages import Estimate, Parameters, RodParameters, XpbdParameters
+from shared.messages.parameters import held_ends, named_parameters
 
 
 def test_parameters_of_the_papers_rod_have_no_deviations() -> None:

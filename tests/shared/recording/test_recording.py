@@ -227,12 +227,6 @@ def test_a_recording_of_a_newer_version_is_refused(tmp_path: Path, scenario, key
         Recording.open(tmp_path / "a.mcap")
 
 
-def test_a_recording_without_versions_is_read():
-    old = Recording.open(OLD_RECORDING)
-    assert "recording_version" not in old.metadata
-    assert sum(1 for _ in old.messages()) > 1000
-
-
 def chunk_record(compression: str, content: bytes, claimed: int) -> bytes:
     """Record of a chunk, written by hand."""
     name = compression.encode()

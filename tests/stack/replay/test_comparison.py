@@ -11,7 +11,7 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from shared import topics
-from shared.messages import NodeChain, Parameter, Parameters, Trace
+from shared.messages import Estimate, NodeChain, Parameters, RodParameters, Trace
 from stack.replay.comparison import field_differences, largest_differences
 
 DEPTH = replace(topics.CAMERA_DEPTH.at("overhead"), pixel_tolerance=0.01)
@@ -26,13 +26,13 @@ def depth(changed: int) -> RawImage:
 
 def test_a_relative_tolerance_scales_with_the_value():
     def parameters(value: float) -> Parameters:
-        return Parameters(parameters=[Parameter(name="EI", value=value)])
+        return Parameters(rod=RodParameters(length=Estimate(value=value)))
 
     topic = topics.CONTROLLER_PARAMETERS
     a = parameters(2e-4)
     assert not list(field_differences(topic, a, parameters(2e-4 * (1 + 5e-7))))
     (found,) = field_differences(topic, a, parameters(2e-4 * (1 + 5e-6)))
-    assert found.path == "parameters[0].value"
+    assert found.path == "rod.length.value"
     assert found.size == pytest.approx(1e-9)
 
 

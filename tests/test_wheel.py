@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -10,18 +12,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PROGRAM = """
-import numpy as np
-from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodProperties
-
-rod = Rod(RodProperties(length=0.45, diameter=0.008, linear_density=0.044, youngs_modulus=1e6), 20)
-along_x = np.array([0.5, 0.5, 0.5, 0.5])
-left, right = (Pose(np.array([x, 0.0, 0.3]), along_x) for x in (0.0, 0.4))
-shape = rod.rest(left, right).state.positions
-assert np.isfinite(shape).all(), shape
-assert shape[10, 2] < 0.29, shape
-"""
+EXAMPLES = ("01_rod", "03_identify", "05_plan", "06_your_camera", "15_step")
+"""Examples that need the library alone, by the beginnings of their names."""
 
 
 @pytest.fixture(scope="module")
@@ -40,17 +32,29 @@ def test_it_holds_the_library_alone(wheel: Path):
     assert "lariat/py.typed" in names
 
 
-def test_a_rod_hangs_in_an_empty_environment_in_a_folder_with_names_of_the_stack(
+def test_the_rooms_work_without_torch_and_clone_in_a_folder_with_names_of_the_stack(
     wheel: Path, tmp_path: Path
 ):
     environment = tmp_path / "environment"
     subprocess.run([sys.executable, "-m", "venv", str(environment)], check=True)
     python = environment / "bin" / "python"
-    install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", wheel]
-    subprocess.run(install, check=True)
+    install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    rooms = f"{wheel}[perception,planning,simulation]"
+    subprocess.run([*install, rooms, "matplotlib"], check=True)
     here = tmp_path / "here"
     for name in ("shared", "services", "stack"):
         (here / name).mkdir(parents=True)
         (here / name / "__init__.py").write_text("raise RuntimeError('shadowed')\n")
-    (here / "program.py").write_text(PROGRAM)
-    subprocess.run([python, "program.py"], check=True, cwd=here)
+    for beginning in EXAMPLES:
+        (example,) = (ROOT / "examples").glob(f"{beginning}*.py")
+        shutil.copy(example, here)
+        subprocess.run([python, example.name], check=True, cwd=here, env=environment_of(tmp_path))
+    assert subprocess.run([python, "-c", "import torch"], capture_output=True).returncode == 1
+    command = [environment / "bin" / "lariat", "up"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert (done.returncode, "runs in a clone" in done.stderr) == (2, True)
+
+
+def environment_of(folder: Path) -> dict[str, str]:
+    """Environment variables of a user who has neither the clone on the path nor a display."""
+    return {"PATH": os.defpath, "HOME": str(folder), "MPLBACKEND": "Agg"}

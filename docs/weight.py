@@ -58,9 +58,8 @@ def main() -> None:
 
 def _room(file: Path) -> str:
     """Folder that a file belongs to: two levels in library and services, else one."""
-    parts = file.relative_to(ROOT).parts
-    deep = parts[0] in ("lariat", "services") and len(parts) > 2
-    return "/".join(parts[:2]) if deep else parts[0]
+    top, *rest = file.relative_to(ROOT).as_posix().split("/")
+    return f"{top}/{rest[0]}" if top in ("lariat", "services") and len(rest) > 1 else top
 
 
 def _text(file: Path) -> str:

@@ -64,11 +64,11 @@ ENTRYPOINT ["python", "-m", "shared.bus.router"]
 # that have AVX2; on another processor, images run where they were built. The cache keeps kernels that
 # a change of other sources leaves as they are.
 FROM packages AS kernels
-RUN --mount=type=bind,source=requirements/rod.txt,target=/lock.txt \
+RUN --mount=type=bind,source=requirements/rod.txt,target=/rod.txt \
+    --mount=type=bind,source=requirements/perception.txt,target=/perception.txt \
     --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt
+    pip install --quiet --require-hashes --requirement /rod.txt --requirement /perception.txt
 COPY --from=sources / ./
-COPY services services
 RUN --mount=type=bind,source=requirements/kernels.py,target=/kernels.py \
     --mount=type=cache,target=/root/.cache/lariat \
     python /kernels.py /kernels

@@ -11,15 +11,14 @@ import sys
 from multiprocessing.pool import ThreadPool
 from pathlib import Path
 
-from services.controller.mpc import motion_kernels as controller_motion
-from services.perception.centerline import chain_fit
-from services.robot_gateway.motion import motion_kernels as gateway_motion
-from services.sim.camera import camera_kernels
-from shared.arms import path_kernel
-from shared.constraints import sphere_kernels
-
+from lariat.arms import path_kernel
+from lariat.control.mpc import motion_kernels as controller_motion
 from lariat.machine_code import kernel_key, library
+from lariat.perception.centerline import chain_fit
 from lariat.rod.launch import machine_code as rod
+from lariat.safety.constraints import sphere_kernels
+from lariat.safety.motion import motion_kernels as gateway_motion
+from lariat.simulation.camera import camera_kernels
 
 SOURCES = (
     # The rod's takes longest.

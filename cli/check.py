@@ -198,9 +198,9 @@ def planned(cell: Scenario, alternatives: int = 1, nearest: Path | None = None) 
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
     from lariat.planning.alternatives import alternative_paths, duration, travel
     from lariat.planning.arms.arm_check import goal_fault, start_fault
+    from lariat.planning.cell_problem import scenario_departure, scenario_problem
     from services.planner.service import PlannerService
     from stack.arm_advice import helpful_changes
-    from stack.planning import scenario_departure, scenario_problem
 
     PlannerService(cell).warm_up()
     problem = scenario_problem(cell)

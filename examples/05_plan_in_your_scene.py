@@ -7,8 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lariat.geometry import TABLE, Obstacle, Pose
-from lariat.planning.problem import Problem
-from lariat.planning.whole_path import plan
+from lariat.planning import Problem, plan
 from lariat.rod import Rod, RodProperties
 from lariat.scenario.sections import Goal, Limits
 

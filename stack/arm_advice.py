@@ -9,8 +9,8 @@ import numpy as np
 
 from lariat.geometry import poses
 from lariat.planning.arms.arm_check import goal_fault, start_fault
+from lariat.planning.cell_problem import scenario_problem
 from lariat.scenario import SIDES, Scenario, Side
-from stack.planning import scenario_problem
 
 BASE_MOVES = (0.1, 0.2)
 """Distances by which a base is moved on trial [m]."""

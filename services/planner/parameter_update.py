@@ -2,19 +2,36 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import replace
 
+from lariat.planning.rope_model import RopeModel
 from lariat.rod import RodProperties
 from lariat.rope_parameters import MATERIAL
 from shared.messages import RodParameters
-from shared.messages.parameters import rod_estimates
+from shared.messages.parameters import held_ends, rod_estimates
+
+log = logging.getLogger(__name__)
 
 ROD_PARAMETERS = tuple(parameter for parameter in MATERIAL if parameter.published)
 """Parameters of the message that are properties of the rod."""
 MAX_LOG_STIFFNESS_DEVIATION = 0.7
 """Largest standard deviation of the stiffness's logarithm that paths allow for [-]; a rope that is
 known less is learnt first."""
+
+
+def update(rope: RopeModel, learnt: RodParameters) -> None:
+    """Give the planner's rope the properties that the controller has identified."""
+    if not is_learnt(learnt):
+        return
+    try:
+        properties = updated_properties(rope.given, learnt)
+        unsure = unsure_properties(properties, learnt)
+    except ValueError as error:
+        log.warning("identified properties are not used: %s", error)
+        return
+    rope.update(properties, unsure, held_ends(learnt))
 
 
 def is_learnt(parameters: RodParameters) -> bool:

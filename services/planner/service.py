@@ -11,15 +11,16 @@ import numpy as np
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.planning import whole_path
+from lariat.planning.cell_problem import arms_of, problem_of
 from lariat.planning.extension import ExtensionPlanner
 from lariat.planning.moving_obstacles import divided, plan_departure
-from lariat.planning.problem import Problem, WholePath
-from lariat.rod import RodState
+from lariat.planning.problem import WholePath
+from lariat.planning.rope_model import RopeModel
 from lariat.scenario import SIDES, Goal, Scenario
 from lariat.scenario.extensions import extension
 from lariat.scenario.sections import PATH_PLANNERS
 from lariat.trajectory import NANOSECONDS, SECOND
-from services.planner.known_rope import KnownRope
+from services.planner.parameter_update import update
 from services.planner.path_start import at_rest, moved, stopped
 from shared import topics
 from shared.messages import (
@@ -31,6 +32,7 @@ from shared.messages import (
     SceneMotion,
     TaskState,
     arm_pose,
+    chain,
     goal_of,
     obstacle_motions,
     poses_known,
@@ -72,12 +74,12 @@ class PlannerService:
         self._scenario = scenario
         self.longest_step = max(self.longest_step, scenario.control.planning_time)
         self._moves = scenario.moves
-        self._rope = KnownRope(scenario.rope, self._moves)
+        self._rope = RopeModel(scenario.rope, self._moves)
         own = extension("control.path_planner", scenario.control.path_planner, PATH_PLANNERS)
         self._find = (
             whole_path.plan if own is None else ExtensionPlanner(own, scenario, self._moves).plan
         )
-        self._arms = _arms_of(scenario)
+        self._arms = arms_of(scenario)
         self._planned: tuple[int, ...] | None = None
         self._mismatch = 0.0
         """Clearance that is added for the distance of rod and rope, as seen at rest last [m]."""
@@ -95,7 +97,17 @@ class PlannerService:
         shift = np.array([0.0, 0.0, 0.01]) * self._moves.any(axis=1).all()
         raised = (Pose(g.position + shift, g.orientation) for g in grips)
         goal = Goal(state.positions + shift, *raised)
-        self._find(self.problem(state, grips, goal, self._scenario.bodies))
+        self._find(
+            problem_of(
+                self._scenario,
+                self._rope,
+                state,
+                grips,
+                goal,
+                self._scenario.bodies,
+                self._arms,
+            )
+        )
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Publish a path when one is due, and repeat the last one once a second."""
@@ -129,7 +141,7 @@ class PlannerService:
                 nodes = moved(nodes, arms.message, begin)
             parameters = inbox.latest(topics.CONTROLLER_PARAMETERS)
             if parameters is not None:
-                self._rope.update(parameters.message.rod)
+                update(self._rope, parameters.message.rod)
             self._planned = wanted
             beside = other_rope_obstacles(others.message) if others is not None else ()
             self._planning_since = now
@@ -171,6 +183,8 @@ class PlannerService:
         rope: NodeChain | None,
     ) -> Path:
         """Message of a path from the current state to the goal, clear of scene and other ropes."""
+        seen = chain(rope.positions) if rope is not None and rope.positions else None
+        sigma = np.array(rope.sigma if rope is not None else ())
         grips = self._rope.ends(arm_pose(arms, "left"), arm_pose(arms, "right"))
         message = Path(
             stamp=arms.stamp,
@@ -183,21 +197,29 @@ class PlannerService:
         still, moving = divided(scene_obstacles(scene), obstacle_motions(motions), departure)
         obstacles = (*still, *others)
         try:
-            state = self._rope.rest_state(grips, rope, obstacles, round(task.turns))
+            state = self._rope.rest_state(grips, seen, obstacles, round(task.turns))
         except ValueError as error:
             message.reason = f"the rod has no shape at rest between the grips: {error}"
             return message
         goal = self._rope.goal(goal_of(task.goal), obstacles)
-        problem = self.problem(state, grips, goal, obstacles, task.replan_count)
+        problem = problem_of(
+            self._scenario,
+            self._rope,
+            state,
+            grips,
+            goal,
+            obstacles,
+            self._present_arms(arms),
+            task.replan_count,
+        )
         if at_rest(arms):
-            self._mismatch = self._rope.mismatch_margin(state, rope)
+            self._mismatch = self._rope.mismatch_margin(state, seen, sigma)
         margin = max(task.clearance_margin, self._mismatch)
         problem = replace(
             problem,
             clearance=problem.clearance + margin,
             spare_clearance=margin,
             pace=task.pace if task.pace else 1.0,
-            arms=self._present_arms(arms),
         )
         if not moving:
             _write_path(message, self._find(problem).of_grippers(problem))
@@ -217,59 +239,10 @@ class PlannerService:
         known = {k: row for k, row in joints.items() if len(row) == len(self._arms.joints[k])}
         return replace(self._arms, joints={**self._arms.joints, **known})
 
-    def problem(
-        self,
-        state: RodState,
-        grips: tuple[Pose, Pose],
-        goal: Goal,
-        obstacles: tuple[Obstacle, ...],
-        replan_count: int = 0,
-    ) -> Problem:
-        """Return the planning problem of this cell from one shape to another.
-
-        Args:
-            state: Rope at rest between the grips.
-            grips: Grips at the start.
-            goal: Goal, of which the whole shape counts, or the ends alone.
-            obstacles: Obstacles of the scene, supports among them. The regions that the scenario
-                keeps the rope in join them.
-            replan_count: Number of requests for another path.
-        """
-        scenario = self._scenario
-        return Problem(
-            rod=self._rope.rod,
-            state=state,
-            grips=grips,
-            goal=goal,
-            moves=self._moves,
-            variants=self._rope.variants,
-            held=self._rope.held,
-            obstacles=(*(o for o in obstacles if not o.support), *scenario.regions),
-            supports=tuple(o for o in obstacles if o.support),
-            limits=scenario.limits,
-            clearance=scenario.control.clearance,
-            tolerance=scenario.run.tolerance,
-            angle_tolerance=scenario.run.angle_tolerance,
-            # A repeated request tries other random paths.
-            seed=scenario.seed + replan_count,
-            planning_time=scenario.control.planning_time,
-            arms=self._arms,
-        )
-
 
 def build(scenario: Scenario, session: str) -> PlannerService:
     """Create the planner service of a scenario."""
     return PlannerService(scenario)
-
-
-def _arms_of(scenario: Scenario) -> CellArms | None:
-    """Arms of a scenario; None where no end has one."""
-    if all(scenario.end(side).driver in ("fixed", "ideal") for side in SIDES):
-        return None
-    # Only a cell with arms needs Pinocchio.
-    from lariat.planning.arms.cell_arms import CellArms
-
-    return CellArms.of(scenario)
 
 
 def _write_path(message: Path, path: WholePath) -> None:

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from cli import check
+from lariat.planning import cell_problem as planning
 from lariat.planning.moving_obstacles import Departure
 from lariat.planning.problem import Problem
 from lariat.planning.shorter_path import stay
 from lariat.scenario import Scenario
-from stack import planning
 from stack.scenario_overrides import load_with
 
 

@@ -7,11 +7,11 @@ import pytest
 
 from lariat.configuration import ConfigurationError
 from lariat.geometry import polylines, poses
+from lariat.planning.cell_problem import scenario_problem
 from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.scenario import Scenario
 from shared import topics
 from shared.messages import chain, goal_of
-from stack.planning import scenario_problem
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from tests.closed_loop.loop import SCENARIOS

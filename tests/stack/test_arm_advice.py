@@ -3,9 +3,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from lariat.planning.arms.arm_check import arm_fault
+from lariat.planning.cell_problem import scenario_problem
 from lariat.planning.whole_path import plan
 from stack.arm_advice import helpful_changes
-from stack.planning import scenario_problem
 from tests.lariat.planning.arms.scenes import AT_THE_GOAL, cell_with
 
 

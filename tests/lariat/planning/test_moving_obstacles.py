@@ -10,6 +10,7 @@ import numpy as np
 
 from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.geometry.obstacles import Obstacle, chain_clearance
+from lariat.planning.cell_problem import scenario_problem
 from lariat.planning.moving_obstacles import (
     DEPARTURE_SETTINGS,
     MovingObstacle,
@@ -20,7 +21,6 @@ from lariat.planning.moving_obstacles import (
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.shorter_path import stay
 from lariat.scenario import load
-from stack.planning import scenario_problem
 
 SHIFT = np.array([0.0, 0.36, 0.0])
 """Motion of the rope along its path [m]."""

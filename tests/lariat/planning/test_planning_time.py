@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from lariat.planning import whole_path
+from lariat.planning.cell_problem import scenario_problem
 from lariat.planning.planning_time import PlanningTime
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.settings import PlannerSettings
 from lariat.planning.shorter_path import stay
 from lariat.planning.whole_path import plan
 from lariat.scenario import load
-from stack.planning import scenario_problem
 
 SCENARIO = Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml"
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import chain_clearance
+from lariat.planning.cell_problem import scenario_problem
 from lariat.planning.grid_search.relaxation import proof_of_no_path
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.whole_path import plan
 from lariat.scenario import Scenario, load
 from lariat.scenario.sections import Obstacle, Region
-from stack.planning import scenario_problem
 
 CYLINDERS = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
 CEILING = 0.34

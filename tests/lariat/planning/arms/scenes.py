@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from lariat.planning.cell_problem import scenario_problem
 from lariat.planning.problem import Problem
 from lariat.scenario import Scenario, load
 from lariat.scenario.sections import Obstacle
 from lariat.scenario.shipped import find
-from stack.planning import scenario_problem
 
 IN_THE_WAY = Obstacle(
     "cylinder", (-0.3, -0.12, 0.15), radius=0.03, height=0.3, name="beside the wrist"

@@ -1,8 +1,7 @@
-"""Rope as the planner knows it: the given rod, updated with what the controller has learnt."""
+"""Rope as the planner has it: the given rod, updated with what has been identified."""
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,18 +9,13 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.geometry import polylines
+from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle, pack_supports
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodState, add_turns, count_turns_along, state_along
+from lariat.rod import Rod, RodProperties, RodState, add_turns, count_turns_along, state_along
 from lariat.rod.part_fit import fit_part
 from lariat.scenario.rod_properties import rod_properties
 from lariat.scenario.sections import Goal, Rope
-from services.planner.parameter_update import is_learnt, unsure_properties, updated_properties
-from shared.messages import NodeChain, RodParameters, chain
-from shared.messages.parameters import held_ends
-
-log = logging.getLogger(__name__)
 
 SAME_SHAPE_DISTANCE = 0.02
 """Mean node distance between the observed rope and the rod at rest below which both have the same
@@ -33,9 +27,12 @@ MISMATCH_DEVIATIONS = 2.0
 MAX_MISMATCH_MARGIN = 0.015
 """Largest clearance that is added for the distance of rod and rope [m]."""
 
+UNMOVED = Pose(np.zeros(3), poses.IDENTITY)
+"""Pose of an end that its grip holds where it seems to."""
 
-class KnownRope:
-    """Rod with the properties that are known, and the grips that hold it."""
+
+class RopeModel:
+    """Rod with the best known properties, and how the grips hold it."""
 
     def __init__(self, rope: Rope, moves: Bool[np.ndarray, "2 6"]) -> None:
         """Create the rope of a scenario.
@@ -44,26 +41,31 @@ class KnownRope:
             rope: Rope section of a scenario.
             moves: Free components of each grip's velocity.
         """
-        self._given, self._moves = rod_properties(rope), moves
-        self.rod = Rod(self._given, rope.node_count)
-        """Rod with the properties that are known."""
+        self.given, self._moves = rod_properties(rope), moves
+        """Properties that the scenario gives."""
+        self.rod = Rod(self.given, rope.node_count)
+        """Rod with the best known properties."""
         self.variants: tuple[Rod, ...] = ()
         """Rods with one identified property off by its standard deviation each."""
-        self.held = held_ends(RodParameters())
+        self.held = (UNMOVED, UNMOVED)
         """Poses of the rope's ends in the frames of the grips. Paths are planned for the ends."""
 
-    def update(self, parameters: RodParameters) -> None:
-        """Take the properties that the controller has identified."""
-        if is_learnt(parameters):
-            try:
-                properties = updated_properties(self._given, parameters)
-                unsure = unsure_properties(properties, parameters)
-            except ValueError as error:
-                log.warning("identified properties are not used: %s", error)
-                return
-            self.rod = self.rod.with_properties(properties)
-            self.held = held_ends(parameters)
-            self.variants = tuple(self.rod.with_properties(p) for p in unsure)
+    def update(
+        self,
+        properties: RodProperties,
+        unsure: Sequence[RodProperties],
+        held: tuple[Pose, Pose],
+    ) -> None:
+        """Take what has been identified.
+
+        Args:
+            properties: Properties of the rope.
+            unsure: The same with one property off by its standard deviation each.
+            held: Poses of the rope's ends in the frames of the grips.
+        """
+        self.rod = self.rod.with_properties(properties)
+        self.held = held
+        self.variants = tuple(self.rod.with_properties(p) for p in unsure)
 
     def ends(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
         """Poses of the rope's ends between two grips."""
@@ -97,7 +99,7 @@ class KnownRope:
     def rest_state(
         self,
         grips: tuple[Pose, Pose],
-        rope: NodeChain | None,
+        seen: Float64[np.ndarray, "k 3"] | None,
         obstacles: Sequence[Obstacle],
         turns: int,
     ) -> RodState:
@@ -105,7 +107,7 @@ class KnownRope:
 
         Args:
             grips: Poses of the rope's ends.
-            rope: Observed rope; None before the first observation.
+            seen: Nodes of the observed rope [m]; None before the first observation.
             obstacles: Obstacles, supports among them.
             turns: Whole turns of twist of the observed shape.
 
@@ -114,9 +116,9 @@ class KnownRope:
         """
         supports = pack_supports(obstacles)
         state = self.rod.rest(*grips, obstacles=supports).state
-        if rope is None or not rope.positions:
+        if seen is None:
             return self._rest_with_turns(state, turns, grips, supports)
-        observed = self._resampled(chain(rope.positions))
+        observed = self._resampled(seen)
         guess = add_turns(state_along(observed, grips[0].orientation, grips[1].orientation), turns)
         # The turns are those of the observed shape.
         state = self._rest_with_turns(
@@ -141,17 +143,23 @@ class KnownRope:
             return state
         return self.rod.rest(*grips, guess=add_turns(state, turns), obstacles=supports).state
 
-    def mismatch_margin(self, state: RodState, rope: NodeChain | None) -> float:
+    def mismatch_margin(
+        self,
+        state: RodState,
+        seen: Float64[np.ndarray, "k 3"] | None,
+        sigma: Float64[np.ndarray, "k"],
+    ) -> float:
         """Clearance that is added where the rod at rest is not where the rope is seen [m].
 
         Args:
             state: Rod at rest.
-            rope: Observed rope; None before the first observation.
+            seen: Nodes of the observed rope [m]; None before the first observation.
+            sigma: Their standard deviations [m]; empty where they are not stated.
         """
-        if rope is None or not rope.positions:
+        if seen is None:
             return 0.0
-        missed = self._resampled(chain(rope.positions)) - state.positions
-        noise = 3.0 * float(np.mean(np.square(rope.sigma))) if rope.sigma else 0.0
+        missed = self._resampled(seen) - state.positions
+        noise = 3.0 * float(np.mean(np.square(sigma))) if len(sigma) else 0.0
         square = float(np.mean(np.sum(missed**2, axis=1))) - noise
         mismatch = math.sqrt(max(square, 0.0)) - COVERED_MISMATCH
         return min(MISMATCH_DEVIATIONS * max(mismatch, 0.0), MAX_MISMATCH_MARGIN)

@@ -54,9 +54,11 @@ def named_parameters(message: Parameters) -> list[NamedParameter]:
 
 
 def rod_estimates(rod: RodParameters, parameter: RopeParameter) -> list[Estimate]:
-    """Return all estimates of a parameter; those of an absent scalar are zero."""
+    """Return all estimates of a parameter that the message has."""
     field = getattr(rod, parameter.name)
-    return [field] if parameter.values is Values.SCALAR else list(field)
+    if parameter.values is Values.SCALAR:
+        return [field] if rod.HasField(parameter.name) else []
+    return list(field)
 
 
 def held_ends(rod: RodParameters) -> tuple[Pose, Pose]:

@@ -63,8 +63,6 @@ def _check_parameters(message: messages.Parameters) -> None:
     rod = message.rod
     for parameter in PUBLISHED:
         name, estimates = f"rod.{parameter.name}", rod_estimates(rod, parameter)
-        if parameter.values is Values.SCALAR and not rod.HasField(parameter.name):
-            continue
         if len(estimates) > MAX_COUNTS[parameter.values]:
             raise ValueError(
                 f"{name} has {len(estimates)} values, more than {MAX_COUNTS[parameter.values]}"

@@ -46,6 +46,7 @@ def main(
     bending_stiffness: float | None = None,
     linear_density: float | None = None,
     diameter: float = 0.008,
+    drag_coefficient: float = 0.0,
     json: bool = False,
 ) -> int:
     """Fit a rope's properties to measured motion, and score the rod's open-loop prediction.
@@ -66,7 +67,8 @@ def main(
         plot: Write a plot of prediction and measurement to this .png.
         bending_stiffness: Initial EI [N m^2]; by default found by a search over decades.
         linear_density: Mass per length [kg/m]; required for EI in N m^2.
-        diameter: Diameter of the rope [m]; has little influence.
+        diameter: Diameter of the rope [m]; has little influence without drag.
+        drag_coefficient: Initial drag coefficient across the rope, e.g. 1.1; 0 leaves drag out [-].
         json: Print one JSON object on standard output instead of a table.
 
     Returns:
@@ -79,7 +81,7 @@ def main(
             raise ConfigurationError(f"{flag} {path}: there is no folder {path.parent}")
     messages = Console(stderr=True, highlight=False)
     try:
-        start = _initial_properties(bending_stiffness, linear_density, diameter)
+        start = _initial_properties(bending_stiffness, linear_density, diameter, drag_coefficient)
         with _progress(messages) as report:
             fit = identify(source, start, fit_seconds, report)
         first = 1
@@ -147,10 +149,18 @@ def read(path: Path) -> Motion:
 
 
 def _initial_properties(
-    bending_stiffness: float | None, linear_density: float | None, diameter: float
+    bending_stiffness: float | None,
+    linear_density: float | None,
+    diameter: float,
+    drag_coefficient: float,
 ) -> RodProperties:
     start = generic_rope()
-    start = replace(start, diameter=diameter, linear_density=linear_density or start.linear_density)
+    start = replace(
+        start,
+        diameter=diameter,
+        linear_density=linear_density or start.linear_density,
+        drag_coefficient=drag_coefficient,
+    )
     if linear_density is not None and not linear_density > 0.0:
         raise ValueError(f"--linear-density must be positive, got {linear_density} kg/m")
     if bending_stiffness is None:

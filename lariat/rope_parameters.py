@@ -125,6 +125,16 @@ ROPE_PARAMETERS = (
         swinging=True,
     ),
     RopeParameter(
+        "drag_coefficient",
+        "-",
+        Values.SCALAR,
+        filter_prior=Prior(0.5, log(5.0)),
+        fit_prior=Prior(0.7, 3.0),
+        bounds=(0.0, 1e3),
+        swinging=True,
+        per_density=("drag_coefficient_per_density", "m/kg"),
+    ),
+    RopeParameter(
         "length",
         "m",
         Values.SCALAR,

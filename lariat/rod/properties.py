@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float64
@@ -36,11 +37,17 @@ class RodProperties:
     stretch_stiffness: float = 2000.0
     """Stiffness EA of stretch and of shear [N]. Ropes hardly stretch: any large value serves."""
     damping: float = 1.0
-    """Rate at which velocity decays by drag of the surroundings [1/s]."""
+    """Rate at which velocity decays, in whatever direction [1/s]."""
     internal_damping: float = 0.0
     """Retardation time of the material in bending and twisting (Kelvin-Voigt) [s].
 
     A rate of curvature r causes a moment of internal_damping times EI r, and of GJ r in twist.
+    """
+    drag_coefficient: float = 0.0
+    """Drag coefficient of air that flows across the rod, about 1.1 for a smooth rope [-].
+
+    A piece of length l is slowed by drag_coefficient air_density diameter l / 2 times the square of
+    its speed across the rod.
     """
     stiffness_profile: tuple[float, ...] = (1.0,)
     """Factors on bending and twisting stiffness, evenly spaced from left to right [-]."""
@@ -54,15 +61,22 @@ class RodProperties:
     contact_margin: float = 5e-4
     """Gap to an obstacle below which contact forces act [m]."""
 
+    air_density: ClassVar[float] = 1.2
+    """Density of the air [kg/m^3]."""
+
     def __post_init__(self) -> None:
         for name in (*_POSITIVE_FIELDS, "contact_stiffness", "contact_margin"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} must be a positive number, got {value} (in SI units)")
-        for name, unit, usual in (("damping", "1/s", 1.0), ("internal_damping", "s", 0.01)):
+        for name, unit, usual in (
+            ("damping", " 1/s", 1.0),
+            ("internal_damping", " s", 0.01),
+            ("drag_coefficient", "", 1.1),
+        ):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must be zero or more, got {value} {unit}; try {usual}")
+                raise ValueError(f"{name} must be zero or more, got {value}{unit}; try {usual}")
         if not (math.isfinite(self.poisson_ratio) and self.poisson_ratio > -1.0):
             raise ValueError(
                 f"poisson_ratio must be above -1, got {self.poisson_ratio}; try 0.3 for a solid"

@@ -9,9 +9,12 @@ of the energy
     (S)  sum over edges  l K |e / l - d3|^2 / 2         e = x_i+1 - x_i,  d3 = R(q_i) z
     (B)  sum over bends  k |u - rest|^2 / 2             u = log(conj(q_i) q_i+1)
     (D)  sum over bends  tau / h k |u - u1|^2 / 2       u1 = u of the step before
+    (A)  sum over both ends of all edges  h C rho d l / 12 |a - (a t) t|^3
 
 with velocities v, angular velocities w in the frames of the edges, k = (EI, EI, GJ) / l, damping c
-in wt = (1 + c h) / h^2 and carry = 1 / (1 + c h), and internal damping tau. Contact is left out.
+in wt = (1 + c h) / h^2 and carry = 1 / (1 + c h), and internal damping tau. (A) is the drag of air
+of density rho, with the drag coefficient C, the diameter d, the velocity a = (x - x1) / h of a node
+and the axis t of the edge before the step. Contact is left out.
 The bends at a clamp act over the lengths `RodModel.bend_lengths`. Unknowns are x, and
 rotations phi of the edges in their own frames, q exp(phi): blocks of three, in the order node 0,
 edge 0, node 1, edge 1, ...
@@ -135,6 +138,11 @@ def energy(
         add(2 * i + 1, rotational_inertia(weight * inertia, targets[i], q[i]))
         stretched = (x[i + 1] - x[i]) / length
         add(2 * i, stretch(p.stretch_stiffness, length, stretched, q[i], tensions[i]))
+        axis = poses.rotate(edges[i], Z)
+        drag = 0.25 * p.drag_coefficient * p.air_density * p.diameter * length
+        for node in (i, i + 1):
+            velocity = (x[node] - before.positions[node]) / dt
+            add(2 * node, air_drag(drag, velocity, axis, dt))
 
     stiffness = np.array([p.bending_stiffness, p.bending_stiffness, p.twisting_stiffness])
     stiffnesses = np.outer(p.profile_at(model.bend_places) / model.bend_lengths, stiffness)
@@ -172,6 +180,24 @@ def rotational_inertia(
     moment = 2.0 * inertia * im
     H = W.T @ np.diag(inertia) @ W - 0.5 * moment @ im * IDENTITY
     return float(moment @ im), W.T @ moment, H
+
+
+def air_drag(
+    drag: float, velocity: Float64[np.ndarray, "3"], axis: Float64[np.ndarray, "3"], dt: float
+) -> Term:
+    """Return (A) of one end of an edge, for the block of its node.
+
+    Args:
+        drag: Force per squared speed [kg/m].
+        velocity: Velocity of the node [m/s].
+        axis: Axis of the edge before the step.
+        dt: Duration h [s].
+    """
+    across = IDENTITY - np.outer(axis, axis)
+    u = across @ velocity
+    speed = float(np.linalg.norm(u)) or np.finfo(float).tiny
+    H = speed * across + np.outer(u, u) / speed
+    return dt * drag * speed**3 / 3.0, drag * speed * u, drag / dt * H
 
 
 def stretch(

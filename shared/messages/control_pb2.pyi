@@ -85,7 +85,7 @@ class Estimate(_message.Message):
     def __init__(self, value: _Optional[float] = ..., standard_deviation: _Optional[float] = ...) -> None: ...
 
 class RodParameters(_message.Message):
-    __slots__ = ("bending_stiffness", "twist_ratio", "damping", "length", "stiffness_profile", "rest_curvature", "grip_offset", "grip_rotation")
+    __slots__ = ("bending_stiffness", "twist_ratio", "damping", "length", "stiffness_profile", "rest_curvature", "grip_offset", "grip_rotation", "drag_coefficient")
     BENDING_STIFFNESS_FIELD_NUMBER: _ClassVar[int]
     TWIST_RATIO_FIELD_NUMBER: _ClassVar[int]
     DAMPING_FIELD_NUMBER: _ClassVar[int]
@@ -94,6 +94,7 @@ class RodParameters(_message.Message):
     REST_CURVATURE_FIELD_NUMBER: _ClassVar[int]
     GRIP_OFFSET_FIELD_NUMBER: _ClassVar[int]
     GRIP_ROTATION_FIELD_NUMBER: _ClassVar[int]
+    DRAG_COEFFICIENT_FIELD_NUMBER: _ClassVar[int]
     bending_stiffness: Estimate
     twist_ratio: Estimate
     damping: Estimate
@@ -102,7 +103,8 @@ class RodParameters(_message.Message):
     rest_curvature: _containers.RepeatedCompositeFieldContainer[Estimate]
     grip_offset: _containers.RepeatedCompositeFieldContainer[Estimate]
     grip_rotation: _containers.RepeatedCompositeFieldContainer[Estimate]
-    def __init__(self, bending_stiffness: _Optional[_Union[Estimate, _Mapping]] = ..., twist_ratio: _Optional[_Union[Estimate, _Mapping]] = ..., damping: _Optional[_Union[Estimate, _Mapping]] = ..., length: _Optional[_Union[Estimate, _Mapping]] = ..., stiffness_profile: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., rest_curvature: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., grip_offset: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., grip_rotation: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ...) -> None: ...
+    drag_coefficient: Estimate
+    def __init__(self, bending_stiffness: _Optional[_Union[Estimate, _Mapping]] = ..., twist_ratio: _Optional[_Union[Estimate, _Mapping]] = ..., damping: _Optional[_Union[Estimate, _Mapping]] = ..., length: _Optional[_Union[Estimate, _Mapping]] = ..., stiffness_profile: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., rest_curvature: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., grip_offset: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., grip_rotation: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., drag_coefficient: _Optional[_Union[Estimate, _Mapping]] = ...) -> None: ...
 
 class XpbdParameters(_message.Message):
     __slots__ = ("mass", "inertia", "linear_damping", "angular_damping", "bending_compliance")

@@ -15,6 +15,7 @@ from lariat.rod.kernels.addressing import (
     parameter_derivatives_at,
     time_at,
 )
+from lariat.rod.kernels.air_drag import air_drag_adjoint, has_air_drag
 from lariat.rod.kernels.grip_sensitivities import grip_sensitivities
 from lariat.rod.kernels.memory import add, load3, load4, load33
 from lariat.rod.kernels.rotations import left_jacobian, rotation_matrix
@@ -93,6 +94,8 @@ def adjoint(
                     jacobian = share * load33(w, after + 9 * back)
                     add(w, old, -(jacobian.transpose() @ moment))
                     add(w, old + 6, jacobian @ moment)
+        if has_air_drag(ni, w, rod):
+            air_drag_adjoint(ni, w, rod, step)
         for p in range(ni[Header.PARAMETERS]):
             force = parameter_derivatives_at(ni, rod, p // GROUP_COLUMNS, 0)
             force += p % GROUP_COLUMNS

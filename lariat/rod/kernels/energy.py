@@ -1,4 +1,4 @@
-"""Inertia, weight, stretch and bending: energy, gradient and Hessian.
+"""Inertia, weight, stretch and bending, with the drag of the air: energy, gradient and Hessian.
 
 With the inertial targets y and q^ of `prediction`, wt = (1 + c h) / h^2, nodes of mass m, edges of
 length l and moments of inertia J:
@@ -29,6 +29,7 @@ from lariat.rod.kernels.addressing import (
     target_orientation_at,
     target_position_at,
 )
+from lariat.rod.kernels.air_drag import air_drag_energy, has_air_drag
 from lariat.rod.kernels.memory import (
     add,
     bounded,
@@ -213,6 +214,8 @@ def edge_energy(
                     w33[m + 4] = moment_arm.transpose()
                     w33[m + 5] = zero
         result = energy
+        if has_air_drag(ni, w, rod):
+            result += air_drag_energy(ni, w, rod, step, arg)
     else:
         result = bend_energy(ni, w, w33, task, rod, step, arg, real)
     return result

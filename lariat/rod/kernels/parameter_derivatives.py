@@ -18,10 +18,12 @@ from lariat.rod.kernels.addressing import (
     target_position_at,
     time_at,
 )
+from lariat.rod.kernels.air_drag import air_drag_parameter_derivatives
 from lariat.rod.kernels.memory import load3, load4
 from lariat.rod.kernels.rotations import rotation_matrix
 from lariat.rod.kernels.step_derivatives import inertia_derivatives
 from lariat.rod.kernels.step_terms import (
+    add_parameter_derivative,
     bend_rotation,
     bend_share,
     step_times,
@@ -32,7 +34,6 @@ from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     COLUMNS_WIDTH,
-    GROUP_COLUMNS,
     HISTORY_SLOTS,
     EffectiveBend,
     Header,
@@ -41,14 +42,6 @@ from lariat.rod.launch.layout import (
     Section,
     TimeRow,
 )
-
-
-@ti.func
-def add_parameter_derivative(ni: ti.template(), w: ti.template(), rod, p, j, v):
-    """Add to the derivative of the gradient at block j with respect to parameter p."""
-    start = parameter_derivatives_at(ni, rod, p // GROUP_COLUMNS, j) + p % GROUP_COLUMNS
-    for a in ti.static(range(3)):
-        w[start + GROUP_COLUMNS * a] = w[start + GROUP_COLUMNS * a] + v[a]
 
 
 @ti.real_func
@@ -209,6 +202,7 @@ def parameter_derivatives(
                         ni, w, rod, p, 2 * j + 1, -(jacobian.transpose() @ moment)
                     )
                     add_parameter_derivative(ni, w, rod, p, 2 * j + 3, jacobian @ moment)
+        air_drag_parameter_derivatives(ni, w, rod, step)
     else:
         result = inertia_derivatives(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -15,6 +15,7 @@ from lariat.rod.kernels.addressing import (
     steady_groups,
     time_at,
 )
+from lariat.rod.kernels.air_drag import air_drag_sensitivities, has_air_drag
 from lariat.rod.kernels.memory import (
     bounded,
     bounded_index,
@@ -125,6 +126,8 @@ def sensitivities(
                                     to = at + 2 * COLUMNS_STRIDE + c
                                     far = right * (latest @ moment)
                                     store_column(w, to, load_column(w, to) + far)
+                if has_air_drag(ni, w, rod):
+                    air_drag_sensitivities(ni, w, rod, step, start, history)
                 for j in range(ti.max(first - 2, 0), first):
                     for k in ti.static(range(1, 3)):
                         if j + k >= first and j + k < end:

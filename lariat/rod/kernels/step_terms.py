@@ -7,6 +7,7 @@ import taichi as ti
 
 from lariat.rod.kernels.addressing import (
     orientation_at,
+    parameter_derivatives_at,
     position_at,
     scalar,
     target_orientation_at,
@@ -24,6 +25,7 @@ from lariat.rod.kernels.rotations import (
 )
 from lariat.rod.launch.layout import (
     CLAMP_WEIGHTS,
+    GROUP_COLUMNS,
     HISTORY_SLOTS,
     STEP_BLOCKS,
     Header,
@@ -139,3 +141,11 @@ def inertia_coupling(ni: ti.template(), w: ti.template(), rod, step, i):
         for b in ti.static(range(3)):
             coupling[a, b] += 2.0 * momentum_map[b, a] * inertia[b]
     return 0.5 * (momentum.outer_product(im) - coupling @ momentum_map.transpose())
+
+
+@ti.func
+def add_parameter_derivative(ni: ti.template(), w: ti.template(), rod, p, j, v):
+    """Add to the derivative of the gradient at block j with respect to parameter p."""
+    start = parameter_derivatives_at(ni, rod, p // GROUP_COLUMNS, j) + p % GROUP_COLUMNS
+    for a in ti.static(range(3)):
+        w[start + GROUP_COLUMNS * a] = w[start + GROUP_COLUMNS * a] + v[a]

@@ -160,6 +160,8 @@ class Scalar(IntEnum):
     TWISTING_INERTIA = auto()
     """Moment of inertia of an edge about its own axis [kg m^2]."""
     INTERNAL_DAMPING = auto()
+    DRAG_COEFFICIENT = auto()
+    AIR_DENSITY = auto()
 
 
 class ParameterCode(IntEnum):
@@ -170,6 +172,7 @@ class ParameterCode(IntEnum):
     STRETCH_STIFFNESS = auto()
     DAMPING = auto()
     INTERNAL_DAMPING = auto()
+    DRAG_COEFFICIENT = auto()
     LINEAR_DENSITY = auto()
     LENGTH = auto()
     REST_CURVATURE_1 = auto()

@@ -29,7 +29,9 @@ RESULTS = (
 
 def trials() -> list[Trial]:
     """Return launches that together run every part of the kernel."""
-    properties = RodProperties(0.45, 0.008, 0.044, 1e6, internal_damping=0.01)
+    properties = RodProperties(
+        0.45, 0.008, 0.044, 1e6, internal_damping=0.01, drag_coefficient=20.0
+    )
     bar = Obstacle(
         "capsule", (0.2, 0.0, 0.285), (0.7071, 0.7071, 0.0, 0.0), radius=0.01, height=1.0
     )
@@ -37,7 +39,7 @@ def trials() -> list[Trial]:
     rng = np.random.default_rng(0)
     actions = rng.uniform(-0.3, 0.3, (2, 3, 2, 6))
     cost = rng.standard_normal((2, 3, 12, 3))
-    names = ("bending_stiffness", "length", "damping", "internal_damping")
+    names = ("bending_stiffness", "length", "damping", "internal_damping", "drag_coefficient")
     found = []
     for kinds, self_contact in (
         (Derivatives.ADJOINT, False),

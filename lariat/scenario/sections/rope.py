@@ -28,9 +28,12 @@ class Rope:
     stretch_stiffness: Annotated[float, Bounds(1.0, 1e8, "N")] = 2000.0
     """Axial force per strain, EA."""
     damping: Annotated[float, Bounds(0.0, 100.0, "1/s")] = 1.0
-    """Decay rate of the velocity, as by air drag."""
+    """Decay rate of the velocity, in whatever direction."""
     internal_damping: Annotated[float, Bounds(0.0, 1.0, "s")] = 0.0
     """Viscous moment per rate of curvature, divided by EI (Kelvin-Voigt); likewise in twist."""
+    drag_coefficient: Annotated[float, Bounds(0.0, 100.0)] = 0.0
+    """Drag coefficient of air that flows across the rope, about 1.1 for a smooth one; 0 leaves it
+    out."""
 
     def __post_init__(self) -> None:
         if self.diameter > 0.25 * self.length:
@@ -56,6 +59,7 @@ class PlantRope:
     damping: Annotated[float, Bounds(0.0, 100.0, "1/s")] | None = None
     internal_damping: Annotated[float, Bounds(0.0, 1.0, "s")] | None = None
     """As in `[rope]`; for the models `rod` and `links`."""
+    drag_coefficient: Annotated[float, Bounds(0.0, 100.0)] | None = None
     stiffness_profile: tuple[float, ...] = ()
     """Factors on the bending stiffness at evenly spaced points along the rope, left end first."""
     rest_curvature: Annotated[Vector, Bounds(-200.0, 200.0, "1/m")] = (0.0, 0.0, 0.0)

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.simulation.plants.mujoco_rope import CONTACT_SOLREF, MujocoRope, row, scene
@@ -91,11 +92,18 @@ class FlexRope:
         rows[:, (4, 8)] *= factors[:, None]
         slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
         self._slides = model.jnt_qposadr[slides]
+        self._slide_dofs = model.jnt_dofadr[slides]
         self._origins = model.body_pos[model.jnt_bodyid[slides][::3]].copy()
 
     def nodes(self, state: mujoco.MjData) -> Float64[np.ndarray, "n 3"]:
         """Return the node positions, left end first [m]."""
         return state.flexvert_xpos[1:-1].copy()
+
+    def add_air_drag(self, state: mujoco.MjData) -> None:
+        """Add the forces of the air on the free nodes; see `RopeModel.add_air_drag`."""
+        axes = poses.normalized(np.gradient(self.nodes(state), axis=0)[1:-1])
+        forces = self.rope.air_drag(axes, state.qvel[self._slide_dofs].reshape(-1, 3))
+        state.qfrc_applied[self._slide_dofs] += forces.ravel()
 
     def release(self, state: mujoco.MjData, end: int) -> None:
         """Refuse to let go of an end.

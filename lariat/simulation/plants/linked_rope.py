@@ -120,6 +120,15 @@ class LinkedRope:
         halves = 0.5 * self.rope.edge_length * state.xmat[self._links].reshape(-1, 3, 3)[:, :, 2]
         return np.concatenate([centres - halves, centres[-1:] + halves[-1:]])
 
+    def add_air_drag(self, state: mujoco.MjData) -> None:
+        """Apply the forces of the air at the middles of the links; see `RopeModel.add_air_drag`."""
+        axes = state.xmat[self._links].reshape(-1, 3, 3)[:, :, 2]
+        # Velocities are stated at the centre of mass of the whole chain.
+        arms = state.xpos[self._links] - state.subtree_com[self._links[self._middle]]
+        turning, moving = np.split(state.cvel[self._links], 2, axis=1)
+        forces = self.rope.air_drag(axes, moving + np.cross(turning, arms))
+        state.xfrc_applied[self._links, :3] = forces
+
     def release(self, state: mujoco.MjData, end: int) -> None:
         """Let go of an end: its weld to the grip ends; see `RopeModel.release`."""
         state.eq_active[end] = 0

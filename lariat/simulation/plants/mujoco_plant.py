@@ -58,7 +58,7 @@ class MujocoPlant:
         # The engine's own handler writes MUJOCO_LOG.TXT into the working folder.
         mujoco.set_mju_user_warning(_log_warning)
         self._rope = rope
-        self._drag = rope.rope.damping
+        self._damping = rope.rope.damping
         self._build(obstacles)
         self._ends: list[EndMotion] = [
             EndMotion(Pose(p.copy(), q.copy()))
@@ -189,9 +189,11 @@ class MujocoPlant:
         mujoco.mj_forward(self._model, self._state)
 
     def _advance(self) -> None:
-        # Drag in proportion to mass, in whatever coordinates the rope has.
+        # Damping in proportion to mass, in whatever coordinates the rope has.
         mujoco.mj_mulM(self._model, self._state, self._momentum, self._state.qvel)
-        np.multiply(self._momentum, -self._drag, out=self._state.qfrc_applied)
+        np.multiply(self._momentum, -self._damping, out=self._state.qfrc_applied)
+        if self._rope.rope.in_air:
+            self._rope.add_air_drag(self._state)
         mujoco.mj_step(self._model, self._state)
 
     def _check(self) -> None:
@@ -217,7 +219,7 @@ class MujocoPlant:
 
     def _settle(self) -> None:
         # More damping while the rope settles, so that it does not swing for long.
-        self._drag = max(self._rope.rope.damping, SETTLING_DAMPING)
+        self._damping = max(self._rope.rope.damping, SETTLING_DAMPING)
         reach = REST_SPEED * STEPS_PER_CHECK * TIMESTEP
         nodes = self.nodes
         for _ in range(MAX_SETTLING_CHECKS):
@@ -228,7 +230,7 @@ class MujocoPlant:
             at_rest = np.max(np.abs(nodes - before)) < reach
             if at_rest and self._state.time > MIN_SETTLING_TIME:
                 break
-        self._drag = self._rope.rope.damping
+        self._damping = self._rope.rope.damping
         self._state.qvel[:] = 0.0
         mujoco.mj_forward(self._model, self._state)
 

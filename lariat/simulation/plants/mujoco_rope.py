@@ -19,6 +19,7 @@ from jaxtyping import Float64
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
+from lariat.rod import RodProperties
 
 TIMESTEP = 0.002
 """Time step of the engine [s]; at 5 ms the rope sinks 16 mm into a cylinder, at 2 ms 0.4 mm."""
@@ -46,6 +47,8 @@ class MujocoRope:
     """Damping force per velocity and mass [1/s]."""
     internal_damping: float = 0.0
     """Viscous moment per rate of curvature, divided by EI [s]; for `LinkedRope` only."""
+    drag_coefficient: float = 0.0
+    """Drag coefficient of air that flows across the rope [-]."""
     stiffness_profile: tuple[float, ...] = ()
     """Factors on bending and twisting stiffness, evenly spread from left to right [-]."""
     rest_curvature: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -78,6 +81,25 @@ class MujocoRope:
         knots = np.array(self.stiffness_profile)
         at = np.linspace(0.0, len(knots) - 1.0, self.node_count)
         return np.interp(at, np.arange(len(knots)), knots)
+
+    @property
+    def in_air(self) -> bool:
+        """Whether the air slows the rope."""
+        return self.drag_coefficient > 0.0
+
+    def air_drag(
+        self, axes: Float64[np.ndarray, "k 3"], velocities: Float64[np.ndarray, "k 3"]
+    ) -> Float64[np.ndarray, "k 3"]:
+        """Forces of the air on pieces as long as an edge [N].
+
+        Args:
+            axes: Unit vectors along the pieces.
+            velocities: Velocities of the pieces [m/s].
+        """
+        across = velocities - np.sum(velocities * axes, axis=1, keepdims=True) * axes
+        speeds = np.linalg.norm(across, axis=1, keepdims=True)
+        area = self.diameter * self.edge_length
+        return -0.5 * self.drag_coefficient * RodProperties.air_density * area * speeds * across
 
     def rest_shape(self) -> tuple[Float64[np.ndarray, "n 3"], Float64[np.ndarray, "n+1 4"]]:
         """Nodes [m] and orientations (wxyz) of left grip, edges and right grip, unloaded.
@@ -113,6 +135,10 @@ class RopeModel(Protocol):
 
     def nodes(self, state: mujoco.MjData) -> Float64[np.ndarray, "n 3"]:
         """Return the node positions, left end first [m]."""
+        ...
+
+    def add_air_drag(self, state: mujoco.MjData) -> None:
+        """Add the forces of the air to those that are applied in the next step."""
         ...
 
     def release(self, state: mujoco.MjData, end: int) -> None:

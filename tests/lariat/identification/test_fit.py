@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -73,6 +75,27 @@ def identify_coarsely(motion: Motion, monkeypatch: pytest.MonkeyPatch, refined: 
             patched.setattr("lariat.identification.fit.NODE_REFINEMENT", 0.0)
             patched.setattr("lariat.identification.fit.STEP_REFINEMENT", 0.0)
         return named(findings(identify(motion)), "length")
+
+
+def test_drag_of_a_light_rope_is_told_from_its_damping() -> None:
+    """It slows fast motion more, and motion across the rope alone."""
+    density, coefficient = 0.002, 1.1
+    light = replace(TRUE_PROPERTIES, linear_density=density, drag_coefficient=coefficient)
+    light = light.with_stiffness(STIFFNESS * density)
+    start = replace(generic_rope(), linear_density=density, drag_coefficient=0.5)
+    start = start.with_stiffness(STIFFNESS * density)
+    fit = identify(recorded(light, right="free", noise=NOISE), start)
+    drag = named(findings(fit), "drag_coefficient_per_density")
+    assert drag.known
+    assert abs(drag.value - coefficient / density) < 3.0 * drag.standard_deviation
+    assert drag.standard_deviation < 0.2 * drag.value
+    damping = named(findings(fit), "damping")
+    assert abs(damping.value - light.damping) < 3.0 * damping.standard_deviation
+
+
+def test_drag_that_is_given_as_none_is_not_fitted() -> None:
+    fit = identify(recorded(sequences=1, frames=40))
+    assert not any(f.name.startswith("drag") for f in findings(fit))
 
 
 def test_motion_that_is_too_short_is_refused() -> None:

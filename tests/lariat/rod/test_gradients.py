@@ -20,6 +20,7 @@ PROPERTIES = RodProperties(
     0.044,
     1e6,
     internal_damping=0.004,
+    drag_coefficient=5.0,
     stiffness_profile=(1.2, 0.9, 1.1),
     density_profile=(0.8, 1.1),
     rest_curvature=((1.0, 0.5, 0.3), (0.5, -0.5, 0.6)),

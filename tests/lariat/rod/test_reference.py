@@ -22,6 +22,7 @@ PROPERTIES = RodProperties(
     1e6,
     damping=1.3,
     internal_damping=0.004,
+    drag_coefficient=20.0,
     stiffness_profile=(1.0, 1.5),
     density_profile=(0.8, 1.2),
     rest_curvature=((1.0, -2.0, 3.0),),

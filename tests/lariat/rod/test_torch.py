@@ -22,6 +22,7 @@ VALUES = {
     "stretch_stiffness": 1000.0,
     "damping": 1.0,
     "internal_damping": 0.01,
+    "drag_coefficient": 5.0,
     "linear_density": 0.05,
     "length": 0.45,
     "rest_curvature_1": 0.5,

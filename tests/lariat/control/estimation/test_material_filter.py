@@ -78,6 +78,13 @@ def test_unobserved_nodes_leave_the_given_properties() -> None:
     assert adaptation.scalars["length"].value == pytest.approx(PROPERTIES.length)
 
 
+@pytest.mark.parametrize(("given", "deviation"), [(0.0, 0.0), (1.1, 0.5 * 1.1)])
+def test_drag_is_unknown_where_it_is_given(given: float, deviation: float) -> None:
+    drag = MaterialFilter(replace(PROPERTIES, drag_coefficient=given)).scalars["drag_coefficient"]
+    assert (drag.value, drag.known) == (given, False)
+    assert drag.standard_deviation == pytest.approx(deviation)
+
+
 def test_one_bad_image_changes_the_stiffness_little() -> None:
     cell = Cell()
     adaptation = MaterialFilter(PROPERTIES)

@@ -1,8 +1,9 @@
-"""Derivative of a swinging rope with respect to the logarithm of its damping."""
+"""Derivative of a swinging rope with respect to the logarithms of damping and drag."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,8 @@ from tests.services.controller.cell import COUNT, PROPERTIES, grips
 STEP = 10_000_000
 START = grips((-0.16, 0.0, 0.3), (0.16, 0.0, 0.3))
 MOTION = MotionState.at_rest(*START)
+IN_AIR = replace(PROPERTIES, drag_coefficient=20.0)
+NAMES = ("damping", "drag_coefficient")
 
 
 def swinging(rod: Rod) -> StateEstimator:
@@ -28,9 +31,11 @@ def swinging(rod: Rod) -> StateEstimator:
     return estimator
 
 
-def followed(estimator: StateEstimator, steps: int) -> SwingSensitivity:
+def followed(
+    estimator: StateEstimator, steps: int, names: Sequence[str] = ("damping",)
+) -> SwingSensitivity:
     """Sensitivity after some steps of the estimator."""
-    sensitivity = SwingSensitivity(("damping",))
+    sensitivity = SwingSensitivity(names)
     sensitivity.follow(estimator)
     for k in range(1, steps + 1):
         estimator.advance(MOTION, (k + 1) * STEP)
@@ -38,14 +43,15 @@ def followed(estimator: StateEstimator, steps: int) -> SwingSensitivity:
     return sensitivity
 
 
-def test_derivative_agrees_with_central_differences() -> None:
-    rod, steps = Rod(PROPERTIES, COUNT), 20
-    jacobian = followed(swinging(rod), steps).jacobian_at((steps + 1) * STEP)
+@pytest.mark.parametrize(("k", "name"), enumerate(NAMES))
+def test_derivative_agrees_with_central_differences(k: int, name: str) -> None:
+    rod, steps = Rod(IN_AIR, COUNT), 20
+    jacobian = followed(swinging(rod), steps, NAMES).jacobian_at((steps + 1) * STEP)
     assert jacobian is not None
     ends = []
     for sign in (1.0, -1.0):
-        damping = PROPERTIES.damping * math.exp(sign * 0.05)
-        varied = rod.with_properties(replace(PROPERTIES, damping=damping))
+        value = getattr(IN_AIR, name) * math.exp(sign * 0.05)
+        varied = rod.with_properties(replace(IN_AIR, **{name: value}))
         blocks = np.zeros(steps, dtype=np.int64)
         spec = RolloutSpec(
             swinging(rod).state, np.zeros((1, 2, 6)), STEP * 1e-9, block_of_step=blocks
@@ -54,7 +60,7 @@ def test_derivative_agrees_with_central_differences() -> None:
     expected = (ends[0] - ends[1]) / 0.1
     assert np.abs(expected).max() > 1e-3
     # The sensitivity is a one-sided difference over a factor of exp(0.3).
-    assert np.linalg.norm(jacobian[..., 0] - expected) < 0.25 * np.linalg.norm(expected)
+    assert np.linalg.norm(jacobian[..., k] - expected) < 0.25 * np.linalg.norm(expected)
 
 
 def test_rope_at_rest_shows_no_damping() -> None:

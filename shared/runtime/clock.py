@@ -27,27 +27,3 @@ class SystemClock:
     def now(self) -> int:
         """Return the time since 1970 [ns]."""
         return self._offset + time.monotonic_ns()
-
-
-class SimulatedClock:
-    """Clock that its owner advances."""
-
-    def __init__(self, start: int = 0) -> None:
-        self._now = start
-
-    def now(self) -> int:
-        """Return the time set last [ns]."""
-        return self._now
-
-    def advance_to(self, instant: int) -> None:
-        """Set the time.
-
-        Args:
-            instant: New time [ns].
-
-        Raises:
-            ValueError: The instant lies before the present time.
-        """
-        if instant < self._now:
-            raise ValueError(f"time cannot go back from {self._now} ns to {instant} ns")
-        self._now = instant

@@ -205,7 +205,7 @@ class PerceptionService:
         if estimate.lost:
             return self._lost(estimate.lost, stamp)
         self._inconsistent_frames = (
-            self._doubtful_frames + 1 if estimate.inconsistency > MAX_INCONSISTENCY else 0
+            self._inconsistent_frames + 1 if estimate.inconsistency > MAX_INCONSISTENCY else 0
         )
         if self._inconsistent_frames >= MAX_INCONSISTENT_FRAMES:
             reason = BESIDE_ANOTHER if estimate.others else CONTRADICTED

@@ -10,7 +10,7 @@ import pytest
 from cli import replay
 from lariat.configuration import ConfigurationError
 from shared import topics
-from shared.messages import ArmSetpoints, NodeChain, Parameter, Parameters, Setpoints
+from shared.messages import ArmSetpoints, NodeChain, Parameters, Setpoints, XpbdParameters
 from shared.recording import Recording, Writer
 from stack import services
 from stack.replay.comparison import field_differences
@@ -161,8 +161,6 @@ def test_tolerances_reach_into_nested_messages_but_not_to_their_names():
     other = Setpoints(arms=[ArmSetpoints(arm="right", positions=[0.1])])
     assert not list(field_differences(topic, a, near))
     assert [d[0] for d in field_differences(topic, a, other)] == ["arms[0].arm"]
-    p = Parameters(parameters=[Parameter(name="E", value=1.0)])
-    q = Parameters(parameters=[Parameter(name="E", value=1.1)])
-    assert [d[0] for d in field_differences(topics.CONTROLLER_PARAMETERS, p, q)] == [
-        "parameters[0].value"
-    ]
+    p = Parameters(xpbd=XpbdParameters(mass=1.0))
+    q = Parameters(xpbd=XpbdParameters(mass=1.1))
+    assert [d[0] for d in field_differences(topics.CONTROLLER_PARAMETERS, p, q)] == ["xpbd.mass"]

@@ -22,11 +22,10 @@ from lariat.geometry.grippers import axis_clearance, gripper_points
 from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
 from lariat.planning.arms.arm_check import goal_fault
-from lariat.rod import Rod
+from lariat.planning.cell_problem import problem_of
+from lariat.planning.rope_model import RopeModel
 from lariat.scenario import SIDES, Goal, Scenario, load
-from lariat.scenario.rod_properties import rod_properties
 from lariat.simulation.plants.factory import build_plant
-from services.planner.service import PlannerService
 from stack.scenario_overrides import load_with, to_toml
 from stack.simulation.rest_shape import goal_grips, rest_shape, write_nodes
 
@@ -149,10 +148,10 @@ def arms_reach(
     if all(scenario.end(side).driver in ("fixed", "ideal") for side in SIDES):
         return True
     grips = scenario.grips(scenario.start)
-    model = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
-    problem = PlannerService(scenario).problem(
-        model.rest(*grips).state, grips, Goal(goal, left, right, True, True), scenario.bodies
-    )
+    rope = RopeModel(scenario.rope, scenario.moves)
+    state = rope.rod.rest(*grips).state
+    wanted = Goal(goal, left, right, True, True)
+    problem = problem_of(scenario, rope, state, grips, wanted, scenario.bodies)
     return goal_fault(problem) is None
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
 from lariat.control.mpc import collision_avoidance
-from lariat.planning.problem import Problem
+from lariat.scenario import Scenario
 from services.planner.service import PlannerService
 from shared import topics
 from shared.messages import FAILED, TaskState
@@ -23,8 +22,10 @@ from tests.closed_loop.loop import SCENARIOS
 class BlindPlanner(PlannerService):
     """Planner that plans as if there were no obstacles."""
 
-    def problem(self, *args: Any, **kwargs: Any) -> Problem:
-        return replace(super().problem(*args, **kwargs), obstacles=())
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__(scenario)
+        find = self._find
+        self._find = lambda problem: find(replace(problem, obstacles=()))
 
 
 def run_blind(seconds: float) -> RunOutcome:

@@ -28,7 +28,7 @@ def test_rope_passes_below_a_beam_where_its_region_ends_above() -> None:
     cell = load_with(SCENARIOS / "three-cylinders.toml", [BEAM, TRAY, 'sensing.source="truth"'])
     log: list[Delivery] = []
     score = closed_loop.run(cell, stop_after=0.2, taps=(log.append,)).score
-    assert score.reached, score.reason
+    assert score.reached
     ropes = [chain(d.parse().positions) for d in log if d.key == topics.ROPE_TRUTH.key]
     radius = cell.plant_rope.diameter / 2.0
     inside = min(chain_clearance(nodes, radius, cell.regions) for nodes in ropes)

@@ -169,7 +169,7 @@ def follow(case: Case, seed: int, figures: Figures, faults: DepthFaults | None =
     model = RopeDimensions(truth.length, truth.diameter / 2.0, truth.node_count, weight)
     settings = CenterlineSettings(rope_color=ROPE_COLOR if case in COLORFUL else None)
     tracker = CenterlineTracker(CenterlineEstimator(VIEW, model, settings), believed, [TABLE])
-    gone, returned, model = False, 0.0, WrongChainModel()
+    gone, returned, wrong_chain = False, 0.0, WrongChainModel()
     beside = OthersFollower(model.radius, figures.others)
     for number, frame in enumerate(frames_of(truth, case, seed, faults)):
         if not number:
@@ -195,7 +195,7 @@ def follow(case: Case, seed: int, figures: Figures, faults: DepthFaults | None =
             continue
         errors = np.linalg.norm(estimate.positions - frame.nodes, axis=1)
         _count(figures, frame, estimate, errors)
-        features = model.features(estimate.inconsistency, round(1e9 * (1.0 + frame.time)))
+        features = wrong_chain.features(estimate.inconsistency, round(1e9 * (1.0 + frame.time)))
         off = bool(np.any(errors[frame.visible] > WRONG_ERROR))
         figures.doubts.append(StatedDoubt(estimate.p_wrong, off, features))
         figures.refused += not off and estimate.p_wrong > MAX_P_WRONG

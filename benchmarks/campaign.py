@@ -41,12 +41,6 @@ class Campaign(Generic[Spec, Trial]):
         """Run trials, print a line for each, and return them in the order of their specifications.
 
         Specifications without a scene are left out.
-
-        Args:
-            specs: Trials to run.
-            results: File of finished trials, one JSON object a line; trials that it holds are not
-                run again.
-            workers: Number of processes, or the address of a Dask scheduler.
         """
         console = Console(stderr=True, highlight=False, soft_wrap=True)
         rows = _read(results)
@@ -79,12 +73,7 @@ class Campaign(Generic[Spec, Trial]):
 
 
 def success_interval(successes: int, count: int) -> tuple[float, float]:
-    """Return the Wilson interval of a rate of success at 95 % confidence.
-
-    Args:
-        successes: Number of successes.
-        count: Number of trials, at least one.
-    """
+    """Return the Wilson interval of a rate of success at 95 % confidence."""
     interval = binomtest(successes, count).proportion_ci(method="wilson")
     return float(interval.low), float(interval.high)
 

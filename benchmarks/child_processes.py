@@ -10,9 +10,6 @@ def child_processes(pid: int) -> dict[int, str]:
     """Return the processes that `lariat up` has started: names by id.
 
     A name is the last part of the module that a process runs, with the side that it is for.
-
-    Args:
-        pid: Id of the launcher.
     """
     found = {}
     for tasks in Path(f"/proc/{pid}/task").glob("*/children"):

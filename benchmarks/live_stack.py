@@ -31,11 +31,7 @@ class LiveStack:
     """A stack with dashboard and recorder, up within its `with` block."""
 
     def __init__(self, scenario: Path) -> None:
-        """Choose the ports of a stack.
-
-        Args:
-            scenario: The scenario.
-        """
+        """Choose the ports of a stack."""
         self._scenario = scenario
         self._resources = ExitStack()
         self.port = free_port()

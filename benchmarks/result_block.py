@@ -43,9 +43,6 @@ class ResultBlock:
     def write(self, tables: Sequence[Table]) -> None:
         """Replace the content of the block.
 
-        Args:
-            tables: Tables of the command.
-
         Raises:
             ConfigurationError: The page cannot be written.
         """
@@ -103,12 +100,7 @@ def show(tables: Sequence[Table], block: ResultBlock | None, width: int | None =
 
 
 def figures_table(rows: Sequence[Mapping[str, object]], caption: str) -> Table:
-    """Return a table of rows whose names are the columns; floats have two decimals.
-
-    Args:
-        rows: Figures by name, the same names in each row.
-        caption: Conditions.
-    """
+    """Return a table of rows whose names are the columns; floats have two decimals."""
     table = Table(caption=caption)
     for name in rows[0]:
         table.add_column(name.replace("_", " "), justify="right")
@@ -118,13 +110,7 @@ def figures_table(rows: Sequence[Mapping[str, object]], caption: str) -> Table:
 
 
 def numbers_table(title: str, rows: Sequence[Mapping[str, object]], caption: str) -> Table:
-    """Return a table of rows that may lack columns; floats have four digits.
-
-    Args:
-        title: Title of the table.
-        rows: Figures by name.
-        caption: Conditions.
-    """
+    """Return a table of rows that may lack columns; floats have four digits."""
     table = Table(title=title, caption=caption)
     columns = list(dict.fromkeys(key for row in rows for key in row))
     for column in columns:
@@ -136,11 +122,7 @@ def numbers_table(title: str, rows: Sequence[Mapping[str, object]], caption: str
 
 
 def markdown(table: Table) -> str:
-    """Return a table in Markdown: title, columns, rows, caption.
-
-    Args:
-        table: Table of text.
-    """
+    """Return a table in Markdown: title, columns, rows, caption."""
     heads = [_plain(column.header) for column in table.columns]
     rows = zip(*([_plain(cell) for cell in column.cells] for column in table.columns), strict=True)
     rules = ["---:" if column.justify == "right" else "---" for column in table.columns]

@@ -24,12 +24,6 @@ def compute(
 
     The processes end with this one, even where it is killed.
 
-    Args:
-        function: Function of a module, so that another process can import it.
-        items: Arguments, which can be pickled.
-        workers: Number of processes, with 1 everything is computed in this one; or the address of
-            a Dask scheduler.
-
     Raises:
         ConfigurationError: A cluster cannot be used.
     """

@@ -127,12 +127,7 @@ class Outbox:
         return self._add(topics.ARM_COMMAND, message, label)
 
     def consent(self, command: str, arms: ArmStates) -> None:
-        """Queue a sign of life for an approach.
-
-        Args:
-            command: Id of the APPROACH.
-            arms: Newest state of the gateway.
-        """
+        """Queue a sign of life for an approach."""
         self._consents += 1
         message = Consent(
             command=command, boot=arms.boot, sequence=self._consents, answers=arms.stamp

@@ -70,14 +70,7 @@ class Page:
     def __init__(
         self, server: viser.ViserServer, scenario: Scenario, outbox: Outbox, live: bool = True
     ) -> None:
-        """Lay out the page.
-
-        Args:
-            server: Web server of the page.
-            scenario: Cell that the page shows.
-            outbox: Destination of requests.
-            live: Whether there is a cell to control; a recording can only be watched.
-        """
+        """Lay out the page."""
         icons.share_archive()
         self._server = server
         self._scenario = scenario
@@ -372,11 +365,7 @@ class Page:
         self._parameters.clear()
 
     def hide_unknown(self, inbox: Inbox) -> None:
-        """Hide what a jump in a recording has left of later moments.
-
-        Args:
-            inbox: Messages up to the moment.
-        """
+        """Hide what a jump in a recording has left of later moments."""
         self._scene.hide_all_but(lambda topic: inbox.latest(topic) is not None)
 
     def add_history(self, message: TaskState | Parameters) -> None:

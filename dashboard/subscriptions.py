@@ -84,11 +84,7 @@ LOOP = ("sim", "perception", "planner", "controller", "robot_gateway")
 
 
 def unheard(inbox: Inbox) -> list[str]:
-    """Return the services of the loop that have never been heard of.
-
-    Args:
-        inbox: Messages received so far.
-    """
+    """Return the services of the loop that have never been heard of."""
     return [name for name in LOOP if inbox.latest(HEALTHS[name]) is None]
 
 

@@ -74,13 +74,6 @@ class NoShapeFoundError(ValueError):
 def sample_scene(kind: Kind, number: int, seed: int, base: Scenario, folder: Path) -> Scenario:
     """Return a scene, always the same for the same kind, number, seed, rope and plant.
 
-    Args:
-        kind: Kind of scene.
-        number: Number of the scene.
-        seed: Seed of the scenes.
-        base: Rope, plant, sensing, control and run of the scene.
-        folder: Folder for the files of node positions.
-
     Raises:
         ValueError: No scene was found.
     """

@@ -23,11 +23,7 @@ GOAL_LINE = "# goal = "
 
 
 def goal_table(saved: SavedGoal) -> str:
-    """Return the text of a goal's table.
-
-    Args:
-        saved: Goal with nodes.
-    """
+    """Return the text of a goal's table."""
     goal = goal_of(saved.goal)
     # The grips of a part's goal are those of one shape of many whose part is this.
     oriented = [s for s, given in zip(SIDES, goal.oriented, strict=True) if given and not goal.part]
@@ -42,9 +38,6 @@ def goal_table(saved: SavedGoal) -> str:
 
 def read_entry(text: str) -> Shape | None:
     """Return the goal that the lines above a table give; None where none of them does.
-
-    Args:
-        text: Text of the table.
 
     Raises:
         ValueError: Such a line is no goal.

@@ -10,13 +10,7 @@ class History:
     """Rows of (time, values…), thinned evenly when the capacity is reached."""
 
     def __init__(self, value_count: int, capacity: int = 2000) -> None:
-        """Create an empty history.
-
-        Args:
-            value_count: Values of a row beside its time.
-            capacity: Largest number of rows; when it is reached, every other row is dropped and
-                the spacing doubles.
-        """
+        """Create an empty history."""
         self._rows = np.zeros((capacity, 1 + value_count))
         self._count = 0
         self._spacing = 0.0
@@ -34,9 +28,6 @@ class History:
         Args:
             time: Time of the row [s].
             values: One number for each value.
-
-        Returns:
-            Whether the row was added.
         """
         if self._count:
             last = self._rows[self._count - 1, 0]

@@ -18,11 +18,7 @@ MAX_CHORD_ERROR = 0.0015
 
 
 def other_rope_obstacles(message: OtherRopes) -> tuple[Obstacle, ...]:
-    """Return capsules that contain the ropes; those of one rope have its name.
-
-    Args:
-        message: Ropes beside the held one.
-    """
+    """Return capsules that contain the ropes; those of one rope have its name."""
     capsules = []
     for rope in message.ropes:
         radius = rope.diameter / 2.0 + MAX_CHORD_ERROR

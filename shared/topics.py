@@ -107,9 +107,6 @@ class Topic:
     def at(self, name: str) -> Topic:
         """Return the topic with its placeholder filled.
 
-        Args:
-            name: Value of the placeholder, e.g. the name of a service or camera.
-
         Raises:
             ValueError: The key has no placeholder.
         """

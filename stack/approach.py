@@ -25,9 +25,6 @@ def approach(client: Client, shown: ArmStates, distance: float, held: Callable[[
         distance: Distance that the person names [m].
         held: Returns whether the person still holds the button.
 
-    Returns:
-        What ended the approach, in words; empty when the arms are at the start.
-
     Raises:
         RequestFailed: The gateway refused, or did not answer.
     """

@@ -26,9 +26,6 @@ def helpful_changes(scenario: Scenario) -> list[str]:
     Bases are moved level, and grips turned about the rope's axis at start and goal alike; small
     changes come first. Whether a way leads to the goal then is not looked at.
 
-    Args:
-        scenario: A cell at whose goal an arm breaks a constraint.
-
     Raises:
         ValueError: The rope has no shape at rest at the start or at the goal.
     """

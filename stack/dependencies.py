@@ -13,10 +13,6 @@ from shared.runtime.live import HINT
 def check(scenario: Scenario, parts: Sequence[str]) -> None:
     """Check that every library that the processes of a scenario import is installed.
 
-    Args:
-        scenario: The scenario.
-        parts: Names of the processes.
-
     Raises:
         ConfigurationError: A library is missing; the text says how to install it.
     """

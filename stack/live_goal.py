@@ -14,11 +14,6 @@ from stack.client import Client, RequestFailed
 def live_goal(scenario: Scenario, shape: Shape, client: Client) -> Goal:
     """Goal of a shape; the controller computes the nodes of one given by its grips alone.
 
-    Args:
-        scenario: The cell.
-        shape: A shape given by its nodes, by its grips alone, or by the nodes of a part.
-        client: Connection to the live stack.
-
     Raises:
         RequestFailed: The controller does not answer, no rope reaches between the grips, or a part
             of the rope does not take its shape.

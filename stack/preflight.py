@@ -28,9 +28,6 @@ class ShapeReport:
 def check(scenario: Scenario) -> dict[str, ShapeReport]:
     """Check start, goal and the goals of events.
 
-    Returns:
-        Report on each shape by its key in the scenario.
-
     Raises:
         ConfigurationError: The rope at rest would touch an obstacle, or cannot take a shape.
     """

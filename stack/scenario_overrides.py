@@ -18,11 +18,6 @@ from lariat.scenario import Scenario, load, parse
 def load_with(path: Path, settings: Sequence[str], seed: int | None = None) -> Scenario:
     """Load a scenario file with some of its values replaced.
 
-    Args:
-        path: The file, or the short name of a shipped scenario.
-        settings: Each "dotted.key=value"; the value is TOML, or a text without quotes.
-        seed: Replaces the file's.
-
     Raises:
         ConfigurationError: The file or an override is invalid.
     """
@@ -34,10 +29,6 @@ def load_with(path: Path, settings: Sequence[str], seed: int | None = None) -> S
 
 def with_settings(scenario: Scenario, settings: Sequence[str]) -> Scenario:
     """Return a scenario with some values of its file replaced; comments of the file are lost.
-
-    Args:
-        scenario: The scenario.
-        settings: Each "dotted.key=value"; the value is TOML, or a text without quotes.
 
     Raises:
         ConfigurationError: A setting is invalid.

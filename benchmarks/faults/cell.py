@@ -36,11 +36,7 @@ class FaultCell(ObservedCell):
         super().__init__(processes)
 
     def arm(self) -> str:
-        """Arm, with consent to the approach if the gateway asks for it.
-
-        Returns:
-            Description for the result: armed, with or without an approach.
-        """
+        """Arm, with consent to the approach if the gateway asks for it."""
         done = "armed"
         if self.client.newest_arm_state().needs_approach:
             done = f"armed, with {self._approach_start()}"
@@ -99,11 +95,7 @@ class FaultCell(ObservedCell):
             self._button = None
 
     def replace_arm(self, silence: str) -> None:
-        """Replace the observed arm, at the scenario's start.
-
-        Args:
-            silence: Reaction of the new one when servo points stop.
-        """
+        """Replace the observed arm, at the scenario's start."""
         self.processes.kill_emulator()
         self.processes.start_emulator(silence)
         # The new arm is at the start, so the next motion goes to the goal.
@@ -141,11 +133,7 @@ class FaultCell(ObservedCell):
         )
 
     def start_motion(self, new_goal: bool = True) -> None:
-        """Start a run, alternately to the scenario's goal and to its start.
-
-        Args:
-            new_goal: Whether to change the goal; otherwise the last one is kept.
-        """
+        """Start a run, alternately to the scenario's goal and to its start."""
         self._goal = (self._goal + 1) % 2 if new_goal else self._goal
         shape = (self.scenario.goal, self.scenario.start)[self._goal]
         if self.task_state is not None and self.task_state.state == RUNNING:

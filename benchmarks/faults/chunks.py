@@ -104,12 +104,7 @@ class GatewayCell:
     """Gateway with emulated arms, and a writer of its setpoints."""
 
     def __init__(self, scenario: Scenario, obstacle_count: int) -> None:
-        """Create a gateway that is armed, and give it a scene.
-
-        Args:
-            scenario: The cell.
-            obstacle_count: Number of obstacles to add.
-        """
+        """Create a gateway that is armed, and give it a scene."""
         links = emulated_links(scenario, START)
         self.links = {side: TimedLink(link) for side, link in links.items()}
         self.gateway: RobotGatewayService = gateway.build(scenario, "g", links=dict(self.links))

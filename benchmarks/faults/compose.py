@@ -261,13 +261,7 @@ def run(
 
 
 def trial(project: ComposeProject, scenario: str, freeze: bool) -> ComposeTrial:
-    """Bring a scenario up, run it and bring it down.
-
-    Args:
-        project: Project of the scenario.
-        scenario: Name of the scenario.
-        freeze: Whether the controller is frozen after the run.
-    """
+    """Bring a scenario up, run it and bring it down."""
     healthy, reached, replaced, problem = None, False, None, ""
     try:
         healthy = round(project.up(), 1)

@@ -127,13 +127,7 @@ def run(
 
 
 def run_condition(scenario: Scenario, name: str, seed: int) -> NetworkResult:
-    """Run a scenario over a disturbed network, or with clocks that differ.
-
-    Args:
-        scenario: The scenario.
-        name: Name of the condition.
-        seed: Seed of the network.
-    """
+    """Run a scenario over a disturbed network, or with clocks that differ."""
     rng = random.Random(f"{seed}/{name}")
     condition = CONDITIONS.get(name, CONDITIONS["whole"])
     network: Network = lambda delivery: condition(rng, delivery)  # noqa: E731

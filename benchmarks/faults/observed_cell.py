@@ -33,11 +33,7 @@ class ObservedCell:
     """A live stack and its processes, and what they say on the bus."""
 
     def __init__(self, processes: CellProcesses) -> None:
-        """Start the stack.
-
-        Args:
-            processes: Processes of the cell; they are ended with it.
-        """
+        """Start the stack."""
         self.processes = processes
         self.scenario: Scenario = processes.scenario
         self.clock = SystemClock()

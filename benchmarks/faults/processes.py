@@ -125,11 +125,7 @@ class CellProcesses:
     # Arms and line
 
     def start_emulator(self, silence: str = "hold") -> None:
-        """Start the observed arm, at the scenario's start.
-
-        Args:
-            silence: Its reaction when servo points stop.
-        """
+        """Start the observed arm, at the scenario's start."""
         self._emulator = self._spawn_emulator(silence)
 
     def kill_emulator(self) -> None:

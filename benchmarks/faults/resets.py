@@ -96,12 +96,7 @@ def run(
 
 
 def run_and_reset(scenario: Scenario, runs: int) -> ResetTrial:
-    """Run a scenario to its goal and reset it, in one stack.
-
-    Args:
-        scenario: The scenario; real arms are replaced by emulated ones.
-        runs: Number of runs.
-    """
+    """Run a scenario to its goal and reset it, in one stack."""
     scenario = with_emulated_arms(scenario)
     members = tuple(services.build(n, scenario, session_id(n)) for n in services.NAMES)
     stack = SimulatedStack(members)

@@ -108,14 +108,7 @@ class Trial:
 def run_trials(
     specs: Sequence[TrialSpec], workers: Workers, report: Callable[[Trial], None]
 ) -> list[Trial]:
-    """Run trials and return them in the order of their specifications.
-
-    Args:
-        specs: Trials to run.
-        workers: Number of processes, or the address of a Dask scheduler; with 1 all trials run
-            in this process.
-        report: Called after each trial, in the order in which they finish.
-    """
+    """Run trials and return them in the order of their specifications."""
     trials: dict[int, Trial] = {}
     for k, trial in worker_pool.compute(run_trial, specs, workers):
         trials[k] = trial

@@ -12,13 +12,7 @@ from benchmarks.paper.studies import StudyResult
 
 
 def draw(methods: Sequence[StudyResult], adaptation: Sequence[StudyResult], path: Path) -> None:
-    """Draw the error over time: by method (left), with and without adaptation (right).
-
-    Args:
-        methods: Results of the methods.
-        adaptation: Results with a plant that is softer than the model.
-        path: File to write, a PNG.
-    """
+    """Draw the error over time: by method (left), with and without adaptation (right)."""
     import matplotlib as mpl
 
     mpl.use("Agg")

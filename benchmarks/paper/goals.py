@@ -54,14 +54,7 @@ def start_state(rod: Rod | XpbdRod) -> RodState:
 
 
 def goals(rod: Rod | XpbdRod, reference: XpbdRod, count: int, seed: int) -> Iterator[Goal]:
-    """Yield goals of a plant.
-
-    Args:
-        rod: The plant.
-        reference: Rod by which the grips are chosen, so that they are the same for every plant.
-        count: Number of goals.
-        seed: Seed of the grips.
-    """
+    """Yield goals of a plant."""
     random = np.random.default_rng(seed)
     bodies = obstacles()
     found = 0

@@ -31,12 +31,7 @@ ADAM_ITERATIONS = 30
 
 
 def compare(xpbd: XpbdRod, direct: Rod) -> dict[str, float]:
-    """Return times [ms] of reverse mode, adjoints and Gauss-Newton, and their ratios.
-
-    Args:
-        xpbd: The paper's rod.
-        direct: Lariat's rod.
-    """
+    """Return times [ms] of reverse mode, adjoints and Gauss-Newton, and their ratios."""
     random = np.random.default_rng(0)
     actions = np.zeros((STEP_COUNT, 2, 6))
     actions[:, :, :3] = 0.1 * random.normal(size=(STEP_COUNT, 2, 3))

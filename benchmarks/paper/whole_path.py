@@ -33,13 +33,7 @@ paper's."""
 
 
 def runs(rod: Rod, goals: Sequence[Goal], steps: int) -> Iterator[Score]:
-    """Run to each goal and yield the scores.
-
-    Args:
-        rod: Rod of model and plant.
-        goals: Goals as rest shapes of that rod.
-        steps: Duration of each run in the paper's steps of 10 ms.
-    """
+    """Run to each goal and yield the scores."""
     base = load(find(BASE_SCENARIO))
     with tempfile.TemporaryDirectory() as folder:
         for k, goal in enumerate(goals):

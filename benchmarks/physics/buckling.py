@@ -52,12 +52,7 @@ Stable = Callable[[float], bool]
 
 
 def error(unbuckled: Callable[[int], Stable], node_count: int) -> Error:
-    """Return the relative error of the critical load [%].
-
-    Args:
-        unbuckled: Function from the number of nodes to the stability of the unbuckled shape.
-        node_count: Number of nodes.
-    """
+    """Return the relative error of the critical load [%]."""
     stable = unbuckled(node_count)
     low, high = LOAD_RANGE
     for _ in range(BISECTIONS):
@@ -70,14 +65,7 @@ def error(unbuckled: Callable[[int], Stable], node_count: int) -> Error:
 
 
 def compressed(left: End, right: End, exact: float, node_count: int) -> Stable:
-    """Return the stability of a straight rod that is shortened between its ends.
-
-    Args:
-        left: Hold of the left end.
-        right: Hold of the right end.
-        exact: Critical force in units of EI / L^2.
-        node_count: Number of nodes.
-    """
+    """Return the stability of a straight rod that is shortened between its ends."""
     rod = Rod(COLUMN, node_count, left, right, WEIGHTLESS, 1e-9)
     straight = rod.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     strain = exact * COLUMN.bending_stiffness / COLUMN.length**2 / COLUMN.stretch_stiffness

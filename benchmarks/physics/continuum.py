@@ -47,23 +47,12 @@ class Equilibrium:
     """Piecewise cubic interpolant of the unknown functions over s / L."""
 
     def positions(self, count: int) -> Float64[np.ndarray, "k 3"]:
-        """Return points at evenly spaced arc lengths of the unstretched rod, with both ends [m].
-
-        Args:
-            count: Number of points.
-        """
+        """Return points at evenly spaced arc lengths of the unstretched rod, with both ends [m]."""
         return self.length * self.solution(np.linspace(0.0, 1.0, count))[_X].T
 
 
 def equilibrium(rod: Rod, left: Pose, right: Pose, rest: RodState) -> Equilibrium:
     """Solve for the equilibrium of the continuum next to a rest shape of the rod.
-
-    Args:
-        rod: Rod with clamped or pinned left end; its properties, ends and gravity are those of the
-            continuum.
-        left: Left grip.
-        right: Right grip; without effect if that end is free.
-        rest: Rest shape of the rod.
 
     Raises:
         ValueError: The left end is free.

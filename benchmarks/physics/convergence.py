@@ -70,12 +70,7 @@ class Convergence:
 
 
 def measure(case: Case, report: Callable[[int], None] = lambda node_count: None) -> Convergence:
-    """Measure the errors of a case.
-
-    Args:
-        case: Case to measure.
-        report: Callback that takes each number of nodes before it is measured.
-    """
+    """Measure the errors of a case."""
     errors = []
     for node_count in case.node_counts:
         report(node_count)

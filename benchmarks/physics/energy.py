@@ -46,13 +46,7 @@ def gravitational(rod: Rod, state: RodState) -> float:
 
 
 def clamp_load(rod: Rod, state: RodState, end: int) -> Float64[np.ndarray, "6"]:
-    """Return the force and the moment that a clamp applies to a rod at rest, world frame [N, N m].
-
-    Args:
-        rod: Rod without gravity or contact.
-        state: Its shape.
-        end: 0 for the left clamp, 1 for the right one.
-    """
+    """Return force and moment that a clamp applies to a rod at rest, world frame [N, N m]."""
     bend = -end
     local = moments(rod, state)[bend]
     angles = rod.model.bend_lengths[bend] * curvatures(rod, state)[bend]

@@ -43,12 +43,7 @@ SHAPES: tuple[HeldRope, ...] = tuple(
 
 
 def error(ropes: tuple[HeldRope, ...], node_count: int) -> Error:
-    """Return the relative error of the Young's modulus that fits the shapes of some ropes best [%].
-
-    Args:
-        ropes: Ropes of one material.
-        node_count: Number of nodes of the fitted rods.
-    """
+    """Return the relative error of the Young's modulus that fits the shapes best [%]."""
     exact = [rope.continuum.positions(node_count) for rope in ropes]
 
     def residuals(factor: Float64[np.ndarray, "1"]) -> Float64[np.ndarray, "k"]:

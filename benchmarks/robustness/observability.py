@@ -42,11 +42,7 @@ class Bounds:
 
 
 def bounds(scenario: Scenario) -> Bounds:
-    """Return how well the shapes of a scenario's true rope tell what is hidden.
-
-    Args:
-        scenario: Scenario with the true rope.
-    """
+    """Return how well the shapes of a scenario's true rope tell what is hidden."""
     prior = _prior(scenario)
     before = np.diag(np.where(prior > 0.0, 1.0 / np.maximum(prior, 1e-12) ** 2, 1.0))
     recognized, across = before.copy(), before.copy()

@@ -48,10 +48,6 @@ GOAL_FILE, SCENARIO_FILE = "goal.csv", "scenario.toml"
 def build_scene(combination: Combination, folder: Path) -> Scenario:
     """Write the scenario of a combination and its goal to a folder, and load it from there.
 
-    Args:
-        combination: The combination.
-        folder: Folder for both files; created if it is missing.
-
     Raises:
         ConfigurationError: No goal keeps clear of the obstacles, or a file cannot be written.
     """

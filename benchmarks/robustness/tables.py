@@ -34,12 +34,6 @@ def write_page(
 ) -> None:
     """Write summary and table of some runs.
 
-    Args:
-        path: Markdown file.
-        trials: Finished runs.
-        combinations: Their combinations, in the same order.
-        summary: Counts and statistics by name.
-
     Raises:
         ConfigurationError: The file cannot be written.
     """

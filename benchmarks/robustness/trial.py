@@ -131,9 +131,6 @@ class Trial:
 def run_trial(task: tuple[Combination, Path]) -> Trial:
     """Run a combination.
 
-    Args:
-        task: The combination, and the folder for its scenario and goal.
-
     Raises:
         ConfigurationError: The combination has no goal that keeps clear of the obstacles.
     """

@@ -36,11 +36,7 @@ class BatchRate:
 
 
 def rates(threads: tuple[int, ...] = (1, 2)) -> Iterator[BatchRate]:
-    """Yield the throughput of roll-outs, of gradients, and of MuJoCo's two ropes.
-
-    Args:
-        threads: Numbers of threads to measure.
-    """
+    """Yield the throughput of roll-outs, of gradients, and of MuJoCo's two ropes."""
     rng = np.random.default_rng(0)
     speeds = rng.uniform(-0.3, 0.3, (ROD_COUNT, 3))
     start = rest_state(NODE_COUNT)

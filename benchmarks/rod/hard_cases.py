@@ -139,12 +139,7 @@ def run_case(case: HardCase) -> HardCaseResult:
 
 
 def measure(count: int, report: Callable[[int], None] = lambda done: None) -> dict[str, float]:
-    """Run random cases and count those that ended well, gave up, or silently went wrong.
-
-    Args:
-        count: Number of cases.
-        report: Called with the number of finished cases after each.
-    """
+    """Run random cases and count those that ended well, gave up, or silently went wrong."""
     results = []
     for seed in range(count):
         results.append(run_case(sample_case(seed)))

@@ -41,11 +41,7 @@ print(sum(one.ru_utime + one.ru_stime for one in used), time.perf_counter() - st
 
 
 def by_size(repeats: int = 200) -> list[dict[str, float]]:
-    """Return the least processor times of a call [ms] by number of nodes; both grips move.
-
-    Args:
-        repeats: Number of calls at 40 nodes; fewer with more nodes.
-    """
+    """Return the least processor times of a call [ms] by number of nodes; both grips move."""
     return [_times(n, max(20, repeats * 40 // max(n, 40))) for n in (10, 40, 100, 400)]
 
 

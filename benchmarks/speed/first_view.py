@@ -53,12 +53,7 @@ class FirstView:
 
 
 def first_view(browser: str, address: str) -> FirstView:
-    """Open the page of a dashboard in a browser that is open and has nothing of it in its cache.
-
-    Args:
-        browser: Path of the browser.
-        address: Address of the page, with its token.
-    """
+    """Open the page of a dashboard in a browser that is open and has nothing of it in its cache."""
     from playwright.sync_api import sync_playwright
 
     with (

@@ -79,10 +79,6 @@ def run(
 def measure_start(scenario: Path, browser: str | None = None) -> Start:
     """Start a stack and return its times when all processes are ready.
 
-    Args:
-        scenario: File of the scenario.
-        browser: Path of a browser that then opens the page; none without.
-
     Raises:
         RuntimeError: The stack does not start.
     """

@@ -60,15 +60,7 @@ class ArmControls:
         live: bool,
         notify: Callable[[Notification], None],
     ) -> None:
-        """Add the elements to the page.
-
-        Args:
-            gui: The page's GUI.
-            actions: Queue for clicks.
-            outbox: Destination of commands.
-            live: Whether there is a cell to control; a recording has no buttons.
-            notify: Shows a notification on the page.
-        """
+        """Add the elements to the page."""
         self._outbox = outbox
         self._notify = notify
         self._live = live

@@ -35,15 +35,7 @@ class RunControls:
         live: bool,
         resettable: bool,
     ) -> None:
-        """Add the elements to the page.
-
-        Args:
-            gui: The page's GUI.
-            actions: Queue for clicks.
-            outbox: Destination of requests.
-            live: Whether there is a cell to control; a recording has no buttons.
-            resettable: Whether the whole cell is simulated, so that it can return to its start.
-        """
+        """Add the elements to the page."""
         self.headline = gui.add_html(_headline_html(status_text.headline(None, 0.0, None)))
         """Element with the state of the cell."""
         self._shown: StatusLine | None = None

@@ -164,13 +164,7 @@ def arm_status(arm: ArmState) -> str:
 
 
 def as_html(line: StatusLine, size: str = "1.05em", margin: str = "0.6em 1em") -> str:
-    """HTML of a status line.
-
-    Args:
-        line: Text, colour of the dot, and detail.
-        size: CSS font size of the text.
-        margin: CSS margin around the line.
-    """
+    """HTML of a status line."""
     detail = (
         f'<div style="opacity:.75;font-size:.85em;margin-top:.25em;line-height:1.35">'
         f"{html.escape(line.detail)}</div>"

@@ -59,11 +59,7 @@ class StopBar:
     """
 
     def __init__(self, outbox: Outbox) -> None:
-        """Create the bar.
-
-        Args:
-            outbox: Destination of commands.
-        """
+        """Create the bar."""
         self._outbox = outbox
         self._actions = ActionQueue()
         self._now = 0
@@ -109,9 +105,6 @@ class StopBar:
             silent: Services that have fallen silent, in words; empty when all are heard.
             steps: Lines of the guide.
             activity: Words about another cell that is about to be started; empty if none is.
-
-        Returns:
-            Status for the pages when it is due, a JSON object.
         """
         self._now, self._newest = now, newest
         self._actions.run()

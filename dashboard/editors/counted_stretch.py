@@ -30,14 +30,7 @@ class CountedStretch:
         actions: ActionQueue,
         when_changed: Callable[[], None],
     ) -> None:
-        """Add the fields to the page.
-
-        Args:
-            gui: The page's GUI.
-            rope: Rope whose goal is edited.
-            actions: Queue for what people type.
-            when_changed: Called when a person has changed what counts.
-        """
+        """Add the fields to the page."""
         self._rope = rope
         self._when_changed = when_changed
         self._visible = False

@@ -54,16 +54,7 @@ class GoalEditor:
         view: SceneView,
         notify: Callable[[Notification], None],
     ) -> None:
-        """Add the elements to the page.
-
-        Args:
-            server: The page's web server.
-            scenario: Rope, ends and goal of the cell.
-            actions: Queue for clicks and drags.
-            outbox: Destination of drafts and requests.
-            view: Scene in which goal and preview are drawn.
-            notify: Shows a notification on the page.
-        """
+        """Add the elements to the page."""
         self._scenario = scenario
         self._outbox = outbox
         self._view = view

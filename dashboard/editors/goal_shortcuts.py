@@ -30,13 +30,7 @@ class GoalShortcuts:
     """Present shape as goal, and the goals of this start of the page for Undo."""
 
     def __init__(self, gui: viser.GuiApi, actions: ActionQueue, outbox: Outbox) -> None:
-        """Add the buttons to the page.
-
-        Args:
-            gui: The page's GUI.
-            actions: Queue for clicks.
-            outbox: Destination of requests.
-        """
+        """Add the buttons to the page."""
         self._outbox = outbox
         self._rope: NodeChain | None = None
         self._arms: ArmStates | None = None
@@ -64,13 +58,7 @@ class GoalShortcuts:
     def update(
         self, task: TaskState | None, rope: NodeChain | None, arms: ArmStates | None
     ) -> None:
-        """Take the present goal and the present shape.
-
-        Args:
-            task: Newest state of the controller.
-            rope: Newest perceived rope.
-            arms: Newest state of the gateway.
-        """
+        """Take the present goal and the present shape."""
         self._rope, self._arms = rope, arms
         if task is not None:
             self._turns = task.turns

@@ -21,11 +21,7 @@ zero, and all turning about the vertical is roll."""
 
 
 def grip_angles(orientation: Float64[np.ndarray, "4"]) -> Float64[np.ndarray, "3"]:
-    """Return yaw, pitch and roll of a grip [rad].
-
-    Args:
-        orientation: Orientation of the gripper, wxyz.
-    """
+    """Return yaw, pitch and roll of a grip [rad]."""
     turned = poses.multiply(np.asarray(orientation), poses.conjugate(LEVEL_GRIP))
     x, y, z = poses.matrix(turned)[:, 0]
     horizontal = math.hypot(x, y)

@@ -45,15 +45,7 @@ class ObstacleEditor:
         outbox: Outbox,
         notify: Callable[[Notification], None],
     ) -> None:
-        """Add the elements to the page.
-
-        Args:
-            server: The page's web server.
-            scenario: Rope of the cell, which sets the size of the gizmo, and its own obstacles.
-            actions: Queue for clicks and drags.
-            outbox: Destination of requests.
-            notify: Shows a notification on the page.
-        """
+        """Add the elements to the page."""
         self._outbox = outbox
         self._notify = notify
         self._actions = actions
@@ -251,12 +243,7 @@ class ObstacleEditor:
 
 
 def duplicate(obstacle: Obstacle, names: Collection[str]) -> Obstacle:
-    """Return a copy of an obstacle beside it along y, under a free name.
-
-    Args:
-        obstacle: Obstacle to copy.
-        names: Names that are taken.
-    """
+    """Return a copy of an obstacle beside it along y, under a free name."""
     base = obstacle.name.partition("-copy-")[0]
     name = next(c for k in range(1, len(names) + 2) if (c := f"{base}-copy-{k}") not in names)
     width = obstacle.size[1] if obstacle.shape == "box" else 2.0 * obstacle.radius

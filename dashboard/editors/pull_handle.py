@@ -33,14 +33,7 @@ class PullHandle:
         actions: ActionQueue,
         when_pulled: Callable[[], None],
     ) -> None:
-        """Add gizmo and slider to the page, hidden.
-
-        Args:
-            server: The page's web server.
-            scenario: Rope and workspace of the cell.
-            actions: Queue for drags.
-            when_pulled: Called when a person pulls.
-        """
+        """Add gizmo and slider to the page, hidden."""
         low, high = scenario.limits.workspace
         count = scenario.rope.node_count
         self._when_pulled = when_pulled

@@ -38,15 +38,7 @@ class SavedGoals:
         outbox: Outbox,
         notify: Callable[[Notification], None],
     ) -> None:
-        """Add the elements to the page.
-
-        Args:
-            gui: The page's GUI.
-            scenario: Scenario that runs.
-            actions: Queue for clicks.
-            outbox: Destination of requests.
-            notify: Shows a notification on the page.
-        """
+        """Add the elements to the page."""
         self._scenario, self._actions = scenario, actions
         self._outbox, self._notify = outbox, notify
         self._goals: dict[str, SavedGoal] = {}

@@ -21,11 +21,6 @@ class CameraFeed:
     """Images of one camera that wait for a rope of their instant, and are shown with it."""
 
     def __init__(self, name: str, image: CameraImage) -> None:
-        """
-        Args:
-            name: Name of the camera.
-            image: Element of the page that shows its images.
-        """
         self._image = image
         self._color = topics.CAMERA_COLOR.at(name)
         self._calibration = topics.CAMERA_CALIBRATION.at(name)

@@ -34,13 +34,7 @@ class CameraImage:
     def __init__(
         self, server: viser.ViserServer, T_world_camera: Pose, label: str | None = None
     ) -> None:
-        """Add the element to the page and start the thread.
-
-        Args:
-            server: The page's web server.
-            T_world_camera: Pose of the camera.
-            label: Name of the camera on the page, where there are several.
-        """
+        """Add the element to the page and start the thread."""
         self._server = server
         self._pose = T_world_camera
         # Hidden until the first image: not every cell has a camera.
@@ -59,13 +53,7 @@ class CameraImage:
     def show(
         self, image: CompressedImage, rope: NodeChain | None, calibration: CameraCalibration | None
     ) -> None:
-        """Replace the image to show next.
-
-        Args:
-            image: Colour image of the camera.
-            rope: Perceived rope to draw into it.
-            calibration: Calibration of the camera; without one no rope is drawn.
-        """
+        """Replace the image to show next."""
         self._newest = (image.data, rope, calibration)
 
     def close(self) -> None:
@@ -109,13 +97,7 @@ def intrinsics(calibration: CameraCalibration) -> Intrinsics:
 
 
 def draw_rope(image: UInt8[np.ndarray, "h w 3"], rope: NodeChain, camera: Camera) -> None:
-    """Draw the chain into the image, coloured by the certainty of its nodes.
-
-    Args:
-        image: RGB image, drawn into.
-        rope: Perceived rope.
-        camera: Camera that took the image.
-    """
+    """Draw the chain into the image, coloured by the certainty of its nodes."""
     nodes: Float64[np.ndarray, "n 3"] = chain(rope.positions)
     if len(nodes) < 2:
         return

@@ -96,12 +96,6 @@ def add_comparison_chart(
 
     Other runs need another chart, which has its curves from its first drawing: viser keeps the part
     of the time axis that was seen before, be it nothing.
-
-    Args:
-        gui: The page's GUI.
-        title: Quantity and unit.
-        names: Names of the runs.
-        curves: Curve of each run.
     """
     return _plot(gui, title, comparison_series(names), overlay(curves), with_legend=True)
 
@@ -111,11 +105,6 @@ def add_estimate_chart(gui: viser.GuiApi, title: str, color: Color) -> viser.Gui
 
     The columns of its data are time, true value, estimate, estimate plus and minus sigma, and the
     marks of the runs' starts (`with_marks`).
-
-    Args:
-        gui: The page's GUI.
-        title: Quantity and unit.
-        color: Colour of the estimate and of its band.
     """
     edge: uplot.Series = {
         "label": "± σ",
@@ -173,11 +162,6 @@ def overlay(curves: Sequence[Curve]) -> tuple[np.ndarray, ...]:
 
     Args:
         curves: Times [s] and values of each curve.
-
-    Returns:
-        Times of all curves, and values of each of them. Between its own times a curve is
-        interpolated, before them it has its first value, after them it is NaN: the charts' library
-        finds no range where a first value is NaN. Without any curve, axes with nothing on them.
     """
     finite = [(t, values, np.isfinite(values)) for t, values in curves]
     known = [(t[mask], values[mask]) for t, values, mask in finite if np.any(mask)]

@@ -22,12 +22,7 @@ class ChecksPanel:
     """List of checks with their results."""
 
     def __init__(self, gui: viser.GuiApi, checks: CellChecks) -> None:
-        """Add the list to the page.
-
-        Args:
-            gui: The page's GUI.
-            checks: Checks, which the page feeds.
-        """
+        """Add the list to the page."""
         self._checks = checks
         gui.add_html(note_html(INTRODUCTION))
         self._list, self._shown = gui.add_html(""), ""

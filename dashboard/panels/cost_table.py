@@ -10,11 +10,7 @@ from dashboard import palette
 
 
 def cost_html(cost: Mapping[str, float]) -> str:
-    """HTML bars of the terms, largest first; nothing without a finite term.
-
-    Args:
-        cost: Cost of each term by name, as the controller weighs them.
-    """
+    """HTML bars of the terms, largest first; nothing without a finite term."""
     terms = [(name, value) for name, value in cost.items() if math.isfinite(value)]
     terms.sort(key=lambda term: -term[1])
     total = sum(max(value, 0.0) for _, value in terms)

@@ -46,15 +46,7 @@ class ParameterPanel:
         outbox: Outbox,
         live: bool,
     ) -> None:
-        """Add the elements to the page.
-
-        Args:
-            gui: The page's GUI.
-            scenario: Cell, whose simulated rope's true values are drawn.
-            actions: Queue for clicks.
-            outbox: Destination of requests.
-            live: Whether there is a cell to control; a recording has no switch.
-        """
+        """Add the elements to the page."""
         self._adapt = gui.add_checkbox(
             "Adapt",
             False,
@@ -122,11 +114,7 @@ class ParameterPanel:
             self._run_starts.append(task.run_started)
 
     def update(self, task: TaskState | None) -> None:
-        """Show whether the controller adapts.
-
-        Args:
-            task: Newest state of the controller.
-        """
+        """Show whether the controller adapts."""
         disabled = task is None or ADAPT not in task.settings
         if self._adapt.disabled != disabled:
             self._adapt.disabled = disabled

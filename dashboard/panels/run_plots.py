@@ -118,10 +118,6 @@ class RunPlots:
 def over_earlier_runs(curves: Sequence[Curve], limit: float) -> tuple[np.ndarray, ...]:
     """Columns of a chart of runs.
 
-    Args:
-        curves: The present run, then earlier ones, newest first.
-        limit: Value of the limit line.
-
     Returns:
         Times of all curves, the limit, and values of the present run and `EARLIER_RUNS` earlier
         ones; where there are fewer, the present one stands in their place.

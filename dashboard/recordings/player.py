@@ -25,13 +25,7 @@ class Player:
     """Position in a timeline, whose messages the page shows."""
 
     def __init__(self, server: viser.ViserServer, page: Page, timeline: Timeline) -> None:
-        """Add the elements to the page.
-
-        Args:
-            server: Web server of the page.
-            page: Page that shows the recording.
-            timeline: Messages of the recording.
-        """
+        """Add the elements to the page."""
         self._page = page
         self._timeline = timeline
         self._actions = ActionQueue()

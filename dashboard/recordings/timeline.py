@@ -31,10 +31,6 @@ class Timeline:
     def __init__(self, messages: Iterable[RecordedMessage], reads: Sequence[Topic]) -> None:
         """Take the messages of a recording.
 
-        Args:
-            messages: Messages in order of time.
-            reads: Topics of the reader; messages of other topics are dropped.
-
         Raises:
             ValueError: There is no message of these topics.
         """

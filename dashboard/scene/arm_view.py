@@ -34,12 +34,6 @@ class ArmView:
     ) -> None:
         """Add the bodies of an arm.
 
-        Args:
-            scene: Scene to draw in.
-            description: URDF and flange.
-            base: Pose of the arm's base in the world.
-            side: End of the rope.
-
         Raises:
             ValueError: The URDF cannot be read.
         """
@@ -82,13 +76,7 @@ class ArmView:
 
 
 def arm_view(scene: viser.SceneApi, scenario: Scenario, side: Side) -> ArmView | None:
-    """Add the arm of an end; None where there is none, or its URDF cannot be read here.
-
-    Args:
-        scene: Scene to draw in.
-        scenario: The cell.
-        side: End of the rope.
-    """
+    """Add the arm of an end; None where there is none, or its URDF cannot be read here."""
     description = arm_description(scenario, side)
     if description is None or find_spec("pinocchio") is None:
         return None

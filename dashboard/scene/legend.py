@@ -59,11 +59,7 @@ LEGEND_ENTRIES = (
 
 
 def legend_html(coloring: Coloring) -> str:
-    """HTML of the legend.
-
-    Args:
-        coloring: Quantity by which the perceived rope is coloured.
-    """
+    """HTML of the legend."""
     rows = "".join(
         f"<div style='display:flex;gap:.7em;align-items:center'>{_swatch(e.shape, e.color)}"
         f"<span>{e.text}</span></div>"

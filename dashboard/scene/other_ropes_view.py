@@ -41,11 +41,7 @@ class OtherRopesView:
 def other_rope_segments(
     message: OtherRopes,
 ) -> tuple[Float64[np.ndarray, "m 2 3"], UInt8[np.ndarray, "m 2 3"]]:
-    """Return the segments of all ropes and their colours.
-
-    Args:
-        message: Ropes beside the held one.
-    """
+    """Return the segments of all ropes and their colours."""
     segments, colors = [np.zeros((0, 2, 3))], [np.zeros((0, 2, 3), np.uint8)]
     for line in (line for rope in message.ropes for line in rope.lines):
         points = chain(line.positions)

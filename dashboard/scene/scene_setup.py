@@ -99,12 +99,7 @@ def set_up(server: viser.ViserServer, scenario: Scenario) -> None:
 
 
 def set_theme(page: viser.ViserServer | viser.ClientHandle, light: bool) -> None:
-    """Set the colours of panels and background, of all windows or of one.
-
-    Args:
-        page: Server of all windows, or one of them.
-        light: Whether the page is light.
-    """
+    """Set the colours of panels and background, of all windows or of one."""
     page.gui.configure_theme(
         dark_mode=not light, show_logo=False, show_share_button=False, brand_color=palette.BRAND
     )

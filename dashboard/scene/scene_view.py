@@ -56,13 +56,7 @@ class SceneView:
     def __init__(
         self, server: viser.ViserServer, scenario: Scenario, on_click: Callable[[str], None]
     ) -> None:
-        """Draw the start of a scenario.
-
-        Args:
-            server: The page's web server.
-            scenario: Cell to draw.
-            on_click: Called with the name of a clicked obstacle, in a thread of the web server.
-        """
+        """Draw the start of a scenario."""
         scene = server.scene
         self._radius = radius = scenario.rope.diameter / 2.0
         scene_setup.set_up(server, scenario)
@@ -125,11 +119,7 @@ class SceneView:
             self._truth.show(nodes, palette.TRUTH)
 
     def show_goal(self, goal: Goal) -> None:
-        """Draw the goal: what of it counts, or its ends with a free shape between them.
-
-        Args:
-            goal: The goal; nothing is drawn if it has no nodes.
-        """
+        """Draw the goal: what of it counts, or its ends with a free shape between them."""
         nodes = goal.curve
         if len(nodes) > 1:
             counted = goal.counted if len(nodes) == len(goal.nodes) else None
@@ -205,11 +195,7 @@ class SceneView:
         self._path.hide()
 
     def hide_all_but(self, known: Callable[[Topic], bool]) -> None:
-        """Hide ropes, prediction and path of which nothing is known, until something is.
-
-        Args:
-            known: Whether there is a message of a topic.
-        """
+        """Hide ropes, prediction and path of which nothing is known, until something is."""
         for topic, view in (
             (topics.ROPE_NODES, self._rope),
             (topics.ROPE_TRUTH, self._truth),

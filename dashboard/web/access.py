@@ -75,13 +75,7 @@ class Access:
     """Rules of one start of the page."""
 
     def __init__(self, addresses: Sequence[Address], token: str, password: str = "") -> None:
-        """Derive the secrets of this start from its token.
-
-        Args:
-            addresses: Addresses beside those of the loopback names.
-            token: Secret of this start; admits on a loopback name.
-            password: Secret that admits on the other names.
-        """
+        """Derive the secrets of this start from its token."""
         self._addresses = {a.netloc: a for a in addresses}
         self._token = token
         self._password = password

@@ -71,12 +71,6 @@ class Door:
     ) -> None:
         """Start the server.
 
-        Args:
-            options: Where it listens, and whom it admits.
-            viser_socket: Unix socket of the viser server.
-            title: Title of the browser's window.
-            cell: Cell whose arms the page's stop bar holds; without it the page has no stop bar.
-
         Raises:
             ConfigurationError: The port is taken, or the options admit nobody or too many.
         """

@@ -34,12 +34,7 @@ _STYLE = (
 
 
 def refusal(title: str, text: str) -> str:
-    """HTML of a refused request.
-
-    Args:
-        title: Statement, plain text.
-        text: Reason and way out, HTML.
-    """
+    """HTML of a refused request."""
     return _document(title, f"<h1>{html.escape(title)}</h1><p>{text}</p>")
 
 
@@ -70,10 +65,6 @@ def page(title: str, with_cell: bool) -> str:
 
     The scripts of a cell come before all others, so that the stop bar's key handler is the first
     that sees a key.
-
-    Args:
-        title: Title of the browser's window.
-        with_cell: Whether the page has a stop bar and a banner.
 
     Raises:
         RuntimeError: viser's page has no place for them.

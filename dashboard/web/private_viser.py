@@ -55,9 +55,6 @@ class PrivateViser:
     def __init__(self, title: str) -> None:
         """Start the server.
 
-        Args:
-            title: Title of the browser's window.
-
         Raises:
             RuntimeError: This version of viser listens elsewhere.
         """

@@ -20,9 +20,6 @@ MAX_FILE_SIZE = 4096
 def load_token(path: Path | None) -> str:
     """Return the token in a file, or a new one, which the file then holds.
 
-    Args:
-        path: The file; without it, the token is new.
-
     Raises:
         ConfigurationError: The file is readable by others, or holds no token.
     """

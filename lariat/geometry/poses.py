@@ -20,12 +20,7 @@ SMALL_BATCH = 64
 
 
 def _product_table(size: int, terms: str) -> Float64[np.ndarray, "pairs size"]:
-    """Return the structure constants of a bilinear product, as a matrix over pairs of components.
-
-    Args:
-        size: Number of components of the two factors and of the product.
-        terms: One word for each term: sign, indices of the two factors, index of the product.
-    """
+    """Return structure constants of a bilinear product, as a matrix over component pairs."""
     table = np.zeros((size, size, size))
     for sign, i, j, k in terms.split():
         table[int(i), int(j), int(k)] = 1.0 if sign == "+" else -1.0

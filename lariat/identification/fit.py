@@ -158,11 +158,6 @@ class _Search:
 
         Richardson's extrapolation: the fit is moved, to first order, by what a finer rod predicts
         otherwise.
-
-        Args:
-            x: Unknowns at the minimum.
-            windows: Windows of the fit.
-            found: All evidence at x, prior included.
         """
         twin, every = self.twin, np.ones(len(x), dtype=bool)
         predicted, jacobian = linearize(twin, self.material, x, windows, every)

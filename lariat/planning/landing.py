@@ -154,12 +154,6 @@ def _lifted(
 ) -> tuple[Float64[np.ndarray, "k 3"], Float64[np.ndarray, "k n 3"]]:
     """Rope that is lifted so that its leaning points go straight up.
 
-    Args:
-        problem: Planning problem.
-        state: Rod at rest on the supports.
-        leaning: Nodes that lean on them.
-        settings: Heights.
-
     Returns:
         Displacement of both ends [m] and nodes [m] at each height.
     """

@@ -111,15 +111,7 @@ def _search_trees(
     time: PlanningTime,
     first_growth: int | None = None,
 ) -> WholePath | None:
-    """Path along which the grips turn, by tree searches; None where they do not find any.
-
-    Args:
-        problem: Planning problem.
-        optimizer: Optimiser of the problem, for its clearances.
-        settings: Effort.
-        time: Processor time of the plan.
-        first_growth: Number of iterations of the first search, to which the effort is limited.
-    """
+    """Path along which the grips turn, by tree searches; None where they do not find any."""
     if not _is_rest_shape(problem, settings):
         return None
     low, high = np.array(problem.limits.workspace)

@@ -172,11 +172,7 @@ def _relax(
 
 
 def _durations(division: int) -> tuple[int, Float64[np.ndarray, "H"]]:
-    """Return the number of approach steps, and the durations of all steps [s].
-
-    Args:
-        division: Number of steps into which each of the first ones is divided.
-    """
+    """Return the number of approach steps, and the durations of all steps [s]."""
     first = np.full(APPROACH_STEPS, RELAXATION_DURATIONS[0])
     falling = np.concatenate([first, RELAXATION_DURATIONS[:FALLING_STEPS]])
     divided = np.repeat(falling / division, division)

@@ -19,11 +19,6 @@ class Playback:
     def __init__(self, path: Path, camera: str, repeat: bool) -> None:
         """Open the file.
 
-        Args:
-            path: MCAP file.
-            camera: Name of the camera in the file.
-            repeat: Whether to start again at the end.
-
         Raises:
             ConfigurationError: The file cannot be read or holds no complete exposure.
         """

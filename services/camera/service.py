@@ -33,10 +33,6 @@ class CameraService:
     latency = 0.0
 
     def __init__(self, streams: Sequence[CameraStream]) -> None:
-        """
-        Args:
-            streams: Exposures of each camera.
-        """
         self._streams = streams
         self.writes = tuple(topic for stream in streams for topic in stream.writes)
         self._set_note()

@@ -71,12 +71,7 @@ def grip_motion(arms: ArmStates) -> MotionState:
 
 
 def arm_condition(arms: ArmStates, session: str) -> ArmCondition:
-    """Condition of the arms.
-
-    Args:
-        arms: State that the gateway published.
-        session: Session of this controller; refusals of other sessions do not count.
-    """
+    """Condition of the arms."""
     armed = arms.mode != ArmStates.DISARMED
     refused = arms.refused_sequence - arms.sequence if arms.session == session else 0
     return ArmCondition(armed, arms.may_move, arms.reason, arms.reset_count, refused, arms.refusal)

@@ -55,12 +55,7 @@ class ControllerService:
     latency = 0.010
 
     def __init__(self, scenario: Scenario, session: str) -> None:
-        """Create the controller of a scenario.
-
-        Args:
-            scenario: Rope, cell, goal and control settings.
-            session: Id of this process start, which its setpoints carry.
-        """
+        """Create the controller of a scenario."""
         self.controller = RopeController(scenario)
         self._session, self._sequence = session, 0
         self._status = StatusPublisher(self.controller)
@@ -138,10 +133,6 @@ class ControllerService:
 
 def build(scenario: Scenario, session: str) -> ControllerService:
     """Create the controller of a scenario.
-
-    Args:
-        scenario: Rope, cell, goal and control settings.
-        session: Id of this process start.
 
     Raises:
         ConfigurationError: Method, solver and adaptation do not fit together.

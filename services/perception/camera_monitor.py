@@ -28,11 +28,6 @@ class CameraMonitor:
     """Monitors the arrival and the repetition of the frames of one camera."""
 
     def __init__(self, name: str, settings: CameraMonitorSettings | None = None) -> None:
-        """
-        Args:
-            name: Name of the camera, used in messages.
-            settings: Times and counts.
-        """
         self._name = name
         self._settings = settings or CameraMonitorSettings()
         self._first_frame: int | None = None
@@ -46,9 +41,6 @@ class CameraMonitor:
 
         Args:
             now: Current time [ns].
-
-        Returns:
-            The fault when the camera has been silent for too long and a report is due, else "".
         """
         if self._last_frame is None:
             self._last_frame = now

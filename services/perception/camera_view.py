@@ -22,11 +22,6 @@ class CameraView:
     """Decodes and undistorts the frames of one camera with its newest calibration."""
 
     def __init__(self, name: str, grey: bool = False) -> None:
-        """
-        Args:
-            name: Name of the camera, used in messages.
-            grey: Whether the brightness is enough in place of colours.
-        """
         self._name, self._grey = name, grey
         self._calibration: tuple[Intrinsics, tuple[float, ...], str] | None = None
         self._undistortion: Undistortion | None = None

@@ -25,13 +25,7 @@ def decode_color(color: CompressedImage, grey: bool = False) -> Picture | None:
 def decode_frame(
     color: CompressedImage, depth: RawImage, grey: bool = False
 ) -> tuple[Picture, UInt16[np.ndarray, "h w"]] | str:
-    """Return RGB and depth [mm], or the reason why the messages cannot be decoded.
-
-    Args:
-        color: Colour image.
-        depth: Depth image.
-        grey: Whether the brightness is enough in place of RGB.
-    """
+    """Return RGB and depth [mm], or the reason why the messages cannot be decoded."""
     picture = decode_color(color, grey)
     if picture is None:
         return f"the colour image ({color.format}, {len(color.data)} bytes) cannot be decoded"

@@ -54,13 +54,6 @@ class RopeCamera:
         markers: MarkerObstacles | None,
         grey: bool = False,
     ) -> None:
-        """
-        Args:
-            name: Name of the camera, which is part of its topics.
-            new_tracker: Creates the tracker for a calibration.
-            markers: Tracker of the obstacles that carry markers, if there are any.
-            grey: Whether the brightness of its images is enough for the tracker.
-        """
         self._new_tracker, self._markers = new_tracker, markers
         self._color = topics.CAMERA_COLOR.at(name)
         self._depth = topics.CAMERA_DEPTH.at(name)
@@ -105,11 +98,7 @@ class RopeCamera:
         return self._markers.in_view if self._markers and not self.fault else frozenset()
 
     def follow_markers(self, obstacles: Sequence[Obstacle]) -> list[ObstacleMove]:
-        """Return the obstacles that have moved in the newest images, and remove their markers.
-
-        Args:
-            obstacles: Obstacles of the scene.
-        """
+        """Return the obstacles that have moved in the newest images, and remove their markers."""
         exposure = self.exposure
         if self._markers is None or exposure is None:
             return []

@@ -23,10 +23,6 @@ class SimultaneousFrames:
     """
 
     def __init__(self, cameras: Sequence[RopeCamera]) -> None:
-        """
-        Args:
-            cameras: All cameras of the cell.
-        """
         self._cameras = cameras
         self._last = 0
         self._synchronous = True

@@ -44,12 +44,7 @@ def is_learnt(parameters: RodParameters) -> bool:
 
 
 def updated_properties(given: RodProperties, learnt: RodParameters) -> RodProperties:
-    """Properties of the given rope with every parameter that has been estimated.
-
-    Args:
-        given: Rope of the scenario.
-        learnt: Parameters of the controller; those without a standard deviation stay as given.
-    """
+    """Properties of the given rope with every parameter that has been estimated."""
     values = {}
     for parameter in ROD_PARAMETERS:
         estimates = rod_estimates(learnt, parameter)
@@ -63,10 +58,6 @@ def unsure_properties(rope: RodProperties, learnt: RodParameters) -> list[RodPro
 
     Where the grips are estimated too, an error of the length is made up by theirs, so that the
     shape that is seen is kept: a longer rope alone would hang lower than it can.
-
-    Args:
-        rope: Rope with the learnt parameters.
-        learnt: Parameters of the controller; those without a standard deviation are given.
     """
     found = []
     stiffness, length = learnt.bending_stiffness, learnt.length

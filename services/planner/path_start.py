@@ -23,12 +23,7 @@ def at_rest(arms: ArmStates) -> bool:
 
 
 def stopped(arms: ArmStates, setpoints: Setpoints) -> ArmStates:
-    """State of the arms where their setpoints end.
-
-    Args:
-        arms: Present state of the arms.
-        setpoints: Setpoints of arms that brake.
-    """
+    """State of the arms where their setpoints end."""
     ahead = ArmStates()
     ahead.CopyFrom(arms)
     ends = {end.arm: end for end in setpoints.arms}
@@ -40,13 +35,7 @@ def stopped(arms: ArmStates, setpoints: Setpoints) -> ArmStates:
 
 
 def moved(rope: NodeChain, arms: ArmStates, ahead: ArmStates) -> NodeChain:
-    """Chain whose nodes have moved with the grips, to where the arms will stand.
-
-    Args:
-        rope: Observed rope.
-        arms: Present state of the arms.
-        ahead: State in which they will stand.
-    """
+    """Chain whose nodes have moved with the grips, to where the arms will stand."""
     nodes = chain(rope.positions)
     if not len(nodes):
         return rope

@@ -21,9 +21,6 @@ def delete_oldest(folder: Path, max_size: float) -> list[Path]:
         folder: Folder of the recordings.
         max_size: Largest size of the recordings that stay, all together [bytes].
 
-    Returns:
-        The deleted files.
-
     Raises:
         OSError: A file cannot be deleted.
     """

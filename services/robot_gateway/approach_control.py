@@ -14,13 +14,7 @@ class ApproachControl:
     """The approach of a cell, which goes on only while a person consents."""
 
     def __init__(self, arms: Arms, follower: SetpointFollower, boot: str) -> None:
-        """Create the control without an approach.
-
-        Args:
-            arms: The arms.
-            follower: Commanded motion.
-            boot: Id of this start of the gateway.
-        """
+        """Create the control without an approach."""
         self._arms = arms
         self._follower = follower
         self.consent = HoldToRun(boot)

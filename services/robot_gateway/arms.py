@@ -24,12 +24,7 @@ class Arms:
     """Drivers of all ends, left first."""
 
     def __init__(self, drivers: Sequence[Driver], starts: Sequence[Pose]) -> None:
-        """Create the arms.
-
-        Args:
-            drivers: Drivers of all ends.
-            starts: Grip poses of all ends at the scenario's start.
-        """
+        """Create the arms."""
         self.drivers = tuple(drivers)
         self.starts = tuple(starts)
         self.grips = list(starts)

@@ -62,17 +62,7 @@ class Cell:
         force_limit: ForceLimit | None = None,
         settings: CellSettings | None = None,
     ) -> None:
-        """Create a cell that is disarmed.
-
-        Args:
-            follower: Commanded motion.
-            drivers: Drivers of all ends, left first.
-            starts: Grip poses of all ends at the scenario's start.
-            boot: Id of this start of the gateway.
-            arm_automatically: Whether the cell arms itself at boot.
-            force_limit: Limit on the contact forces.
-            settings: Settings of the cell.
-        """
+        """Create a cell that is disarmed."""
         self.follower = follower
         self.arms = Arms(drivers, starts)
         self.arm_automatically = arm_automatically
@@ -149,11 +139,7 @@ class Cell:
         self._writers.take_chunks(arrived)
 
     def take_reset(self, count: int) -> None:
-        """Go back to the scenario's start once everything rests; simulation only.
-
-        Args:
-            count: The controller's count of resets.
-        """
+        """Go back to the scenario's start once everything rests; simulation only."""
         self._reset.request(count)
 
     # Tick

@@ -32,17 +32,7 @@ class OperatorControl:
         feedback_checks: FeedbackChecks,
         other_gateways: OtherGateways,
     ) -> None:
-        """Create the control without a command.
-
-        Args:
-            arms: The arms.
-            follower: Commanded motion.
-            control: Safety state of the cell.
-            writers: Writers, one of which a person permits.
-            approach: Approach of the start.
-            feedback_checks: Checks that an acknowledgement begins anew.
-            other_gateways: Other gateways of the same cell.
-        """
+        """Create the control without a command."""
         self._arms = arms
         self._follower = follower
         self._control = control

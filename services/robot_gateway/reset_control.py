@@ -11,12 +11,7 @@ class ResetControl:
     """Resets of a cell, each carried out once everything rests."""
 
     def __init__(self, arms: Arms, follower: SetpointFollower) -> None:
-        """Create the control without a reset.
-
-        Args:
-            arms: The arms.
-            follower: Commanded motion.
-        """
+        """Create the control without a reset."""
         self._arms = arms
         self._follower = follower
         self._counter = ResetCounter()

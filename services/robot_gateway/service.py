@@ -188,12 +188,6 @@ def build(
 ) -> RobotGatewayService:
     """Create the gateway of a scenario's cell.
 
-    Args:
-        scenario: The cell.
-        session: Boot id of this start.
-        options: Hosts of emulated arms.
-        links: Links to arms that the caller provides, used in place of hosts and addresses.
-
     Raises:
         ConfigurationError: An arm's start is out of its reach, or the arm has no address.
     """

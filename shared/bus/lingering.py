@@ -22,11 +22,7 @@ NO_LINGER = struct.pack("ii", 0, 0)
 
 
 def close_at_once(session: zenoh.Session) -> None:
-    """Let every connection of a session, now and later, close without waiting for its data.
-
-    Args:
-        session: The session; the listener that this declares lives as long as it does.
-    """
+    """Let every connection of a session, now and later, close without waiting for its data."""
     session.info.declare_link_events_listener(_take_event, history=True)
 
 

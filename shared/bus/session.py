@@ -74,21 +74,11 @@ class Bus:
     def subscribe(
         self, topic: Topic, own: bool = True, arrived: Callable[[], object] | None = None
     ) -> Subscription:
-        """Return a subscription to the future messages of one topic.
-
-        Args:
-            topic: The topic.
-            own: Whether messages of this process count as well.
-            arrived: Function to call, in a thread of the bus, once a message can be taken.
-        """
+        """Return a subscription to the future messages of one topic."""
         return Subscription(self._session, topic, self._clock, own, arrived)
 
     def subscribe_all(self, capacity: int = ALL_CAPACITY) -> RawSubscription:
-        """Return a subscription to the future messages of all topics.
-
-        Args:
-            capacity: Number of unread messages that it keeps.
-        """
+        """Return a subscription to the future messages of all topics."""
         self._taps.append(deque(maxlen=capacity))
         return RawSubscription(self._session, self._clock, capacity, self._taps[-1])
 

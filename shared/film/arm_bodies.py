@@ -23,10 +23,6 @@ class ArmBodies:
     def __init__(self, description: ArmDescription, T_world_base: Pose) -> None:
         """Read the bodies of an arm.
 
-        Args:
-            description: URDF and flange.
-            T_world_base: Pose of the arm's base in the world.
-
         Raises:
             ValueError: The URDF cannot be read.
         """
@@ -60,12 +56,7 @@ class ArmBodies:
 
 
 def arm_bodies(scenario: Scenario, side: Side) -> ArmBodies | None:
-    """Return the bodies of an end's arm; None where there is none, or it cannot be read here.
-
-    Args:
-        scenario: The cell.
-        side: End of the rope.
-    """
+    """Return the bodies of an end's arm; None where there is none, or it cannot be read here."""
     description = arm_description(scenario, side)
     if description is None or find_spec("pinocchio") is None:
         return None

@@ -58,12 +58,6 @@ def write_video(
 ) -> float:
     """Write a video of recorded runs, one after the other.
 
-    Args:
-        recordings: Recordings.
-        file: Video, *.mp4.
-        settings: Size and duration.
-        watch: Called with the fraction that is done before each picture.
-
     Returns:
         Duration of the video [s].
 
@@ -85,11 +79,6 @@ def write_video(
 
 def encode_video(pictures: Iterable[Picture], file: Path, settings: FilmSettings = VIDEO) -> float:
     """Write pictures as a video and return its duration [s].
-
-    Args:
-        pictures: Pictures of the settings' size.
-        file: Video, *.mp4.
-        settings: Size and rate.
 
     Raises:
         ValueError: The file cannot be written.
@@ -115,12 +104,7 @@ def picture_count(run: RecordedRun, settings: FilmSettings = VIDEO) -> int:
 
 
 def run_pictures(run: RecordedRun, settings: FilmSettings = VIDEO) -> Iterator[Picture]:
-    """Yield the pictures of a run.
-
-    Args:
-        run: Run.
-        settings: Size and duration.
-    """
+    """Yield the pictures of a run."""
     rope, limits = run.scenario.rope, run.scenario.limits
     viewpoint, inset = _viewpoint(run, settings.size)
     painter = Painter(settings.size, viewpoint.eye, viewpoint.target)

@@ -56,11 +56,7 @@ class Viewpoint:
 
 
 def points_of(run: RecordedRun) -> Float64[np.ndarray, "p 3"]:
-    """Return points of rope, goal, grippers, arms and obstacles throughout a run [m].
-
-    Args:
-        run: Run.
-    """
+    """Return points of rope, goal, grippers, arms and obstacles throughout a run [m]."""
     parts: list[np.ndarray] = []
     bodies: set[Obstacle] = set()
     for time in np.linspace(0.0, run.duration, INSTANTS):
@@ -71,11 +67,7 @@ def points_of(run: RecordedRun) -> Float64[np.ndarray, "p 3"]:
 
 
 def azimuth_of(run: RecordedRun) -> float:
-    """Return the angle of the camera about the vertical: a single arm stands behind the rope [rad].
-
-    Args:
-        run: Run.
-    """
+    """Return the camera's angle about the vertical; a single arm stands behind the rope [rad]."""
     first = run.at(0.0)
     places = [body.position[0] for body in first.arms]
     aside = np.mean(places) - first.nodes[:, 0].mean() if places else 0.0

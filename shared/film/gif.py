@@ -20,11 +20,6 @@ GIF_COLORS = 64
 def write_gif(recording: Recording, file: Path, settings: FilmSettings = GIF) -> float:
     """Write a GIF of a recorded run.
 
-    Args:
-        recording: Recording.
-        file: GIF.
-        settings: Size and duration.
-
     Returns:
         Duration of the GIF [s].
 
@@ -35,13 +30,7 @@ def write_gif(recording: Recording, file: Path, settings: FilmSettings = GIF) ->
 
 
 def encode_gif(pictures: Iterable[Picture], file: Path, settings: FilmSettings = GIF) -> float:
-    """Write pictures as a GIF and return its duration [s].
-
-    Args:
-        pictures: Pictures.
-        file: GIF.
-        settings: Rate.
-    """
+    """Write pictures as a GIF and return its duration [s]."""
     # One palette for all pictures, so that only what moves is stored; in it, small things keep
     # their colour.
     images = [Image.fromarray(p[..., ::-1]) for p in pictures]

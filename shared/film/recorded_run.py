@@ -55,9 +55,6 @@ class RecordedRun:
     def __init__(self, recording: Recording) -> None:
         """Read the recording.
 
-        Args:
-            recording: Recording.
-
         Raises:
             ValueError: It cannot be read, or holds no run.
         """

@@ -37,11 +37,7 @@ class Surface:
 
 
 def surface(body: Obstacle) -> Surface:
-    """Return the surface of a box, cylinder, sphere or capsule.
-
-    Args:
-        body: Body.
-    """
+    """Return the surface of a box, cylinder, sphere or capsule."""
     return _local(body.shape, body.radius, body.height, body.size).moved(body)
 
 

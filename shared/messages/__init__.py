@@ -203,10 +203,6 @@ def grip_pose(message: Grip) -> Pose:
 def arm_pose(states: ArmStates, arm: str) -> Pose:
     """Return the grip pose of an arm.
 
-    Args:
-        states: State of all arms.
-        arm: "left" or "right".
-
     Raises:
         KeyError: The cell has no such arm.
     """
@@ -217,10 +213,6 @@ def arm_pose(states: ArmStates, arm: str) -> Pose:
 
 def arm_state(states: ArmStates, arm: str) -> ArmState:
     """Return the state of an arm.
-
-    Args:
-        states: State of all arms.
-        arm: "left" or "right".
 
     Raises:
         KeyError: The cell has no such arm.

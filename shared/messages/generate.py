@@ -17,9 +17,6 @@ ROOT = Path(__file__).parents[2]
 def generate(folder: Path) -> None:
     """Write the modules at the same relative paths as in the repository.
 
-    Args:
-        folder: Folder that takes the place of the repository's.
-
     Raises:
         ValueError: A `.proto` file has an error.
     """

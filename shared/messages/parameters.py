@@ -62,11 +62,7 @@ def rod_estimates(rod: RodParameters, parameter: RopeParameter) -> list[Estimate
 
 
 def held_ends(rod: RodParameters) -> tuple[Pose, Pose]:
-    """Return the poses of the rope's ends in the frames of the grips: left, right.
-
-    Args:
-        rod: Parameters; grips without estimates are exact.
-    """
+    """Return the poses of the rope's ends in the frames of the grips: left, right."""
     offsets, rotations = _pairs(rod.grip_offset), _pairs(rod.grip_rotation)
     left, right = (
         Pose(offset, poses.exponential(rotation))

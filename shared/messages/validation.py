@@ -30,10 +30,6 @@ MAX_TEXT_LENGTH = 4096
 def decode(topic: Topic, payload: bytes) -> Any:
     """Decode a message of a topic and check it.
 
-    Args:
-        topic: Row of the topic table.
-        payload: Bytes of the message.
-
     Raises:
         ValueError: The bytes are no valid message of this topic; the text says why.
     """

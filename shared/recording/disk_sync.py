@@ -12,12 +12,7 @@ class DiskSync:
     """Thread that has the disk store what the operating system holds of one file."""
 
     def __init__(self, descriptor: int, folder: Path) -> None:
-        """Start the thread; the name of the file is stored first.
-
-        Args:
-            descriptor: Open file descriptor.
-            folder: Folder of the file.
-        """
+        """Start the thread; the name of the file is stored first."""
         # A descriptor of its own: the last sync outlives the writer's file.
         self._descriptor = os.dup(descriptor)
         self._executor = ThreadPoolExecutor(1, thread_name_prefix="disk sync")

@@ -167,9 +167,6 @@ class Recording:
     def scenario(self, folder: Path) -> Scenario:
         """Return the recorded scenario.
 
-        Args:
-            folder: Folder to which its files are written.
-
         Raises:
             ValueError: There is no scenario, or this version does not accept it.
         """

@@ -20,9 +20,6 @@ def copy_readable(source: Path, target: Path) -> tuple[int, str]:
         source: The damaged recording.
         target: File to write, which must not exist.
 
-    Returns:
-        Number of the bus' messages copied, and the damage of the source.
-
     Raises:
         OSError: The target exists or cannot be written.
         ValueError: The source cannot be read or is not MCAP.

@@ -35,12 +35,7 @@ class BusHandler(logging.Handler):
     """Handler that publishes log records on the bus."""
 
     def __init__(self, publisher: Publisher, service: str) -> None:
-        """Create a handler.
-
-        Args:
-            publisher: Publisher of the service's log topic.
-            service: Name of the service.
-        """
+        """Create a handler."""
         super().__init__(logging.INFO)
         self._publisher = publisher
         self._service = service

@@ -17,12 +17,7 @@ class Pace:
     """Instants at which the steps of a service begin, all in [ns] of one monotonic clock."""
 
     def __init__(self, period: int, now: int) -> None:
-        """Create the pace of a service whose first step begins now.
-
-        Args:
-            period: Time between two steps of the schedule.
-            now: Present time.
-        """
+        """Create the pace of a service whose first step begins now."""
         self._period = period
         self._slot = now
         """Instant of the schedule that the present step uses up."""
@@ -33,11 +28,6 @@ class Pace:
         """Return when the next step is due if no message begins one before.
 
         Steps of the schedule that were missed meanwhile are skipped.
-
-        Args:
-            began: Beginning of the step that has ended.
-            now: Present time.
-            woken: Whether a message began it.
         """
         period = self._period
         self._slot += period * max(1, -(-(now - self._slot) // period))

@@ -115,12 +115,7 @@ class Inbox:
         newest: Mapping[str, Received],
         arrived: Mapping[str, Sequence[Received]],
     ) -> None:
-        """Create an inbox; services get theirs from a `Mailbox`.
-
-        Args:
-            newest: Newest message ever received by key.
-            arrived: Messages since the last step by key, in order of arrival.
-        """
+        """Create an inbox; services get theirs from a `Mailbox`."""
         self._newest = newest
         self._arrived = arrived
 
@@ -139,9 +134,6 @@ class Inbox:
 
     def joined(self, *topics: Topic) -> tuple[Received, ...] | None:
         """Return the newest messages of `joined` topics that have the same stamp.
-
-        Args:
-            topics: Topics to join, e.g. the colour and depth images of a camera.
 
         Returns:
             One message per topic, in the given order, if such a set was completed since the last
@@ -186,12 +178,7 @@ class Mailbox:
         """Messages of `latest` and `joined` topics that were replaced or discarded unread."""
 
     def deliver(self, key: str, item: Received) -> None:
-        """Add one message.
-
-        Args:
-            key: Concrete key of a topic that the service reads, without placeholder.
-            item: The message.
-        """
+        """Add one message."""
         match self._buffering(key):
             case "latest":
                 self.drops += len(self._arrived[key])

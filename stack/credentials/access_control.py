@@ -60,11 +60,7 @@ def owners(topic: Topic) -> tuple[str, ...]:
 
 
 def access_control(namespace: str) -> dict[str, Any]:
-    """Return Zenoh's setting `access_control` for the router of a cell.
-
-    Args:
-        namespace: Name of the cell on the bus, which precedes every key.
-    """
+    """Return Zenoh's setting `access_control` for the router of a cell."""
     everything = [f"{namespace}/**"]
     rules = [
         _rule("subscribe", "ingress", _SUBSCRIBING, everything),

@@ -111,21 +111,13 @@ class Authority:
 
 
 def days_left(certificate: bytes) -> float:
-    """Return the time until a certificate expires [d].
-
-    Args:
-        certificate: The certificate, PEM.
-    """
+    """Return the time until a certificate expires [d]."""
     end = x509.load_pem_x509_certificate(certificate).not_valid_after_utc
     return (end - _now()) / datetime.timedelta(days=1)
 
 
 def common_name(certificate: bytes) -> str:
-    """Return the user's name in a certificate.
-
-    Args:
-        certificate: The certificate, PEM.
-    """
+    """Return the user's name in a certificate."""
     subject = x509.load_pem_x509_certificate(certificate).subject
     return str(subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value)
 

@@ -40,9 +40,6 @@ def make_credentials(
         days: Time for which a certificate is valid [d].
         renew: Whether all are made anew, the authority included.
 
-    Returns:
-        Users whose credentials were made.
-
     Raises:
         ConfigurationError: The folder cannot be written, or holds a broken authority.
     """
@@ -69,13 +66,7 @@ def make_credentials(
 
 
 def router_settings(authority: Authority, credential: Credential, namespace: str) -> dict[str, Any]:
-    """Return the Zenoh settings of a router: it demands certificates, and controls access.
-
-    Args:
-        authority: Authority that signs the users' certificates.
-        credential: Credential of the router.
-        namespace: Name of the cell on the bus.
-    """
+    """Return the Zenoh settings of a router: it demands certificates, and controls access."""
     return {
         f"{_TLS}/root_ca_certificate_base64": _base64(authority.certificate),
         f"{_TLS}/listen_certificate_base64": _base64(credential.certificate),
@@ -87,12 +78,7 @@ def router_settings(authority: Authority, credential: Credential, namespace: str
 
 
 def client_settings(authority: Authority, credential: Credential) -> dict[str, Any]:
-    """Return the Zenoh settings with which a user connects to the router.
-
-    Args:
-        authority: Authority that signed the router's certificate.
-        credential: Credential of the user.
-    """
+    """Return the Zenoh settings with which a user connects to the router."""
     return {
         f"{_TLS}/root_ca_certificate_base64": _base64(authority.certificate),
         f"{_TLS}/connect_certificate_base64": _base64(credential.certificate),

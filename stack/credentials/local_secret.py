@@ -32,9 +32,6 @@ _LOCAL_ENDPOINT = re.compile(r"tcp/(?:127\.0\.0\.1|localhost):(\d+)")
 def local_secret(port: int) -> Iterator[Path]:
     """Provide the settings with which processes join the stack at a port, and remove them.
 
-    Args:
-        port: Port of the hub.
-
     Raises:
         ConfigurationError: The folder cannot be written, or another user can write it.
     """
@@ -62,11 +59,7 @@ def local_secret(port: int) -> Iterator[Path]:
 
 
 def find_local_secret(endpoints: tuple[str, ...]) -> Path | None:
-    """Return the settings of a running stack of this user; None where there are none.
-
-    Args:
-        endpoints: Zenoh endpoints of its hub.
-    """
+    """Return the settings of a running stack of this user; None where there are none."""
     for endpoint in endpoints:
         if (match := _LOCAL_ENDPOINT.fullmatch(endpoint)) is None:
             continue

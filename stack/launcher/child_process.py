@@ -30,12 +30,7 @@ def main() -> None:
 
 
 def end_with(parent: int, number: int) -> None:
-    """Let the kernel end this process when its parent dies; end it now if that has happened.
-
-    Args:
-        parent: Process id of the parent.
-        number: Signal that this process gets then.
-    """
+    """Let the kernel end this process when its parent dies; end it now if that has happened."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(number), 0, 0, 0)
     # The parent may have died before the line above.
@@ -44,11 +39,7 @@ def end_with(parent: int, number: int) -> None:
 
 
 def set_niceness(niceness: int) -> None:
-    """Set the priority of this process, which leads a session.
-
-    Args:
-        niceness: Scheduling priority, nice(2).
-    """
+    """Set the priority of this process, which leads a session."""
     # Only root may lower a niceness; the stack must run without that.
     with contextlib.suppress(PermissionError):
         os.nice(niceness)

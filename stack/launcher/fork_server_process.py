@@ -119,11 +119,7 @@ def _begin(request: ForkRequest, launcher: int, control: int, output: int) -> No
 
 
 def show_command_line(*words: str) -> None:
-    """Write a command line over that of this process, for ps(1); what has no room is cut off.
-
-    Args:
-        words: Program and arguments.
-    """
+    """Write a command line over that of this process, for ps(1); what has no room is cut off."""
     # arg_start and arg_end, see proc(5); the name, in parentheses, may hold anything.
     fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
     start, end = int(fields[45]), int(fields[46])

@@ -17,12 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def command(module: str, *arguments: str) -> tuple[str, ...]:
-    """Arguments of the Python interpreter that run a module of this clone.
-
-    Args:
-        module: Dotted name, e.g. "services.sim".
-        arguments: The module's own.
-    """
+    """Arguments of the Python interpreter that run a module of this clone."""
     return ("-P", str(Path(__file__).resolve()), module, *arguments)
 
 

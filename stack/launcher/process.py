@@ -168,13 +168,7 @@ def process_environment() -> dict[str, str]:
 def child_command(
     death_signal: signal.Signals, niceness: int, arguments: Sequence[str]
 ) -> list[str]:
-    """Command line of a Python process that ends with this one.
-
-    Args:
-        death_signal: Signal that the kernel sends it when this process dies.
-        niceness: Its scheduling priority, nice(2).
-        arguments: Arguments of the Python interpreter.
-    """
+    """Command line of a Python process that ends with this one."""
     entry = [sys.executable, "-I", "-S", str(CHILD_PROCESS)]
     entry += [str(int(death_signal)), str(os.getpid()), str(niceness)]
     return [*entry, sys.executable, *arguments]

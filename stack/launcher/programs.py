@@ -43,14 +43,7 @@ def _is_emulated(end: End) -> bool:
 def service_program(
     name: str, common: Sequence[str], emulated: Sequence[Side], page: Sequence[str]
 ) -> Program:
-    """Program of a service or of the dashboard.
-
-    Args:
-        name: The service.
-        common: Options of every process: scenario and bus.
-        emulated: Ends whose arm is emulated.
-        page: Options of the dashboard's page.
-    """
+    """Program of a service or of the dashboard."""
     more: tuple[str, ...] = ()
     if name == "dashboard":
         more = tuple(page)

@@ -46,10 +46,6 @@ class RecordedMeasures:
 def recorded_measures(recording: Recording, scenario: Scenario) -> RecordedMeasures:
     """Compute the measures of the first run of a recording.
 
-    Args:
-        recording: Recording of a run.
-        scenario: Its scenario.
-
     Raises:
         ValueError: It cannot be read, or holds no run.
     """

@@ -64,15 +64,7 @@ def replay_start(
     watch: Callable[[float], None] | None = None,
     feed: Callable[[TracedStep], None] | None = None,
 ) -> ReplayResult:
-    """Step a fresh service as one of its recorded starts was stepped.
-
-    Args:
-        recorded: Its traces, inputs and outputs.
-        service: Built from the recording's scenario with the same session.
-        session: Id of the start.
-        watch: Called with the fraction that is done.
-        feed: Called before each step; hands over what reaches the service outside of its inbox.
-    """
+    """Step a fresh service as one of its recorded starts was stepped."""
     start = recorded.starts[session]
     result = ReplayResult(service.name, session, steps=len(start.steps))
     result.differences.extend(start.flaws)

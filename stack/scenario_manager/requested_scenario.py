@@ -22,10 +22,6 @@ def requested_scenario(request: StackRequest, base: Path) -> Scenario:
     added. A request comes from a browser, so that it cannot name a class to import, or a robot's
     file to read: only what Lariat includes, installed packages offer, or the file itself names.
 
-    Args:
-        request: The request.
-        base: Scenario file that it names.
-
     Raises:
         ConfigurationError: The scenario is invalid, or names what is not allowed.
     """

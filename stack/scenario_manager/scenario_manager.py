@@ -51,15 +51,7 @@ class CellSwitch:
         check: Callable[[Path], Sequence[str]],
         campaigns: Campaigns,
     ) -> None:
-        """Take the scenario that runs.
-
-        Args:
-            library: Scenarios that can be started.
-            running: Scenario that runs.
-            staging: Private folder for scenarios that are started without being saved.
-            check: Returns the command that checks a scenario's file.
-            campaigns: Campaigns that run beside the cell.
-        """
+        """Take the scenario that runs."""
         self.campaigns = campaigns
         """Campaigns that run beside the cell."""
         self._library = library
@@ -79,12 +71,7 @@ class CellSwitch:
         state.last_request, state.refusal = self._last_request, self._refusal
 
     def handle(self, request: StackRequest, condition: CellCondition) -> None:
-        """Carry out a request, or refuse it.
-
-        Args:
-            request: Request of a person.
-            condition: Condition of the present cell.
-        """
+        """Carry out a request, or refuse it."""
         self._last_request, self._refusal = request.id, ""
         try:
             if self._activity and request.action != StackRequest.CANCEL_CAMPAIGN:
@@ -109,11 +96,7 @@ class CellSwitch:
             self._refusal = str(error)
 
     def poll(self, condition: Callable[[], CellCondition]) -> Path | None:
-        """Return the scenario to start now, once its check has ended well.
-
-        Args:
-            condition: Returns the condition of the present cell.
-        """
+        """Return the scenario to start now, once its check has ended well."""
         check = self._check
         if check is None or check.process.poll() is None:
             return None
@@ -138,11 +121,7 @@ class CellSwitch:
             self._former, self._activity = None, ""
 
     def take_failure(self, reason: str) -> Path | None:
-        """Return the former scenario after a new cell did not come up; None without one.
-
-        Args:
-            reason: Reason for people.
-        """
+        """Return the former scenario after a new cell did not come up; None without one."""
         if self._former is None:
             return None
         self._refusal = f"{self._name} did not start: {reason}; {self._former[1]} runs again"

@@ -176,9 +176,6 @@ def make_ready(
         stack: Services that are warmed up.
         scenario: Their scenario.
         watch: Function to call once per `POLL_PERIOD`.
-
-    Returns:
-        The missing condition; empty if the cell is ready.
     """
     missing = "no time"
     deadline = stack.now + READY_TIMEOUT
@@ -233,11 +230,7 @@ def _drive(
     watch: Watch | None,
     scorer: Scorer,
 ) -> str:
-    """Start the task and step until the run is over.
-
-    Returns:
-        Why the run ended.
-    """
+    """Start the task and step until the run is over."""
     stack.send(
         topics.TASK_REQUEST, TaskRequest(id="run-start", stamp=stack.now, action=TaskRequest.START)
     )

@@ -17,11 +17,7 @@ class TrueRope:
         self._resampled: dict[int, Float64[np.ndarray, "m 3"]] = {}
 
     def resampled(self, count: int) -> Float64[np.ndarray, "m 3"]:
-        """Return nodes at equal arc length [m], the same array again and again.
-
-        Args:
-            count: Number of nodes.
-        """
+        """Return nodes at equal arc length [m], the same array again and again."""
         if count not in self._resampled:
             self._resampled[count] = polylines.resample_smooth(self.nodes, count)
         return self._resampled[count]

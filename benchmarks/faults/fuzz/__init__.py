@@ -46,13 +46,7 @@ class Target(Protocol):
     """What is attacked."""
 
     def run_batch(self, seed: str, count: int, totals: Totals) -> None:
-        """Attack it a number of times.
-
-        Args:
-            seed: Seed of the batch.
-            count: Number of messages or files.
-            totals: Counts, which grow.
-        """
+        """Attack it a number of times."""
         ...
 
     def close(self) -> None:
@@ -121,11 +115,7 @@ def run(
 
 
 def ordinary_run(scenario: Scenario) -> list[Delivery]:
-    """Return the messages of an ordinary run in simulated time.
-
-    Args:
-        scenario: The cell.
-    """
+    """Return the messages of an ordinary run in simulated time."""
     deliveries: list[Delivery] = []
     members = [services.build(name, scenario, f"{name}-0") for name in services.NAMES]
     stack = SimulatedStack(members, [deliveries.append])

@@ -45,13 +45,7 @@ class BusTarget:
         self._session = self._open.enter_context(open_session(Options(hub, namespace)))
 
     def run_batch(self, seed: str, count: int, totals: Totals) -> None:
-        """Publish hostile messages, and take them.
-
-        Args:
-            seed: Seed of the batch.
-            count: Number of messages.
-            totals: Counts, which grow.
-        """
+        """Publish hostile messages, and take them."""
         rng, source = random.Random(seed), HostileMessages(seed, {})
         for k in range(count):
             topic = TOPICS[k % len(TOPICS)]

@@ -25,23 +25,12 @@ class DashboardTarget(ServiceTarget):
     """
 
     def __init__(self, scenario: Scenario, lawful: Sequence[Delivery]) -> None:
-        """Start a dashboard and open its page.
-
-        Args:
-            scenario: The cell.
-            lawful: Messages of an ordinary run, some of which the dashboard gets as well.
-        """
+        """Start a dashboard and open its page."""
         self._pages: OpenPages | None = None
         super().__init__("dashboard", scenario, lawful)
 
     def run_batch(self, seed: str, count: int, totals: Totals) -> None:
-        """Send hostile messages to the dashboard, and step it.
-
-        Args:
-            seed: Seed of the batch.
-            count: Number of hostile messages.
-            totals: Counts, which grow.
-        """
+        """Send hostile messages to the dashboard, and step it."""
         super().run_batch(seed, count, totals)
         time.sleep(CLOSING_TIME)
         if self._pages and self._pages.closed:

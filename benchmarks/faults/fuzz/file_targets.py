@@ -56,13 +56,7 @@ class FileTarget:
         self._refusal = refusal
 
     def run_batch(self, seed: str, count: int, totals: Totals) -> None:
-        """Read mutated contents.
-
-        Args:
-            seed: Seed of the batch.
-            count: Number of contents.
-            totals: Counts, which grow.
-        """
+        """Read mutated contents."""
         rng = random.Random(seed)
         for _ in range(count):
             content = mutated(self._valid, rng)
@@ -82,12 +76,7 @@ class FileTarget:
 
 
 def file_targets(scenario: Scenario, folder: Path) -> dict[str, FileTarget]:
-    """Create the targets.
-
-    Args:
-        scenario: A valid scenario.
-        folder: Folder for the files.
-    """
+    """Create the targets."""
     angles = np.linspace(-0.5, 0.5, 46)
     arc = 0.45 * np.stack([np.sin(angles), 0.0 * angles, np.cos(angles)], axis=1)
     nodes = "\n".join(",".join(f"{x:.6f}" for x in row) for row in arc).encode()

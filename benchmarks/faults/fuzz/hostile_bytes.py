@@ -22,12 +22,7 @@ WORDS = (
 
 
 def mutated(valid: bytes, rng: random.Random) -> bytes:
-    """Return valid bytes with one to three changes.
-
-    Args:
-        valid: Bytes that a reader accepts.
-        rng: Source of the choices.
-    """
+    """Return valid bytes with one to three changes."""
     content = bytearray(valid)
     for _ in range(rng.randrange(1, 4)):
         at = rng.randrange(len(content) + 1)

@@ -32,12 +32,7 @@ class HostileMessages:
     """Source of the hostile messages of all topics, reproducible by its seed."""
 
     def __init__(self, seed: str, corpus: Mapping[str, Sequence[bytes]]) -> None:
-        """Create a source.
-
-        Args:
-            seed: Seed of all random choices.
-            corpus: Valid messages by topic key, which are mutated.
-        """
+        """Create a source."""
         self._random = random.Random(seed)
         self._corpus = corpus
         self.kinds: dict[Kind, Callable[[Topic], bytes]] = {

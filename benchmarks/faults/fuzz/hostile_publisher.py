@@ -53,12 +53,7 @@ class Options:
 
 
 def refused_messages(seed: str, count: int) -> Iterator[RawMessage]:
-    """Yield messages over all topics that the check of the bus refuses.
-
-    Args:
-        seed: Seed of all choices.
-        count: Number of messages.
-    """
+    """Yield messages over all topics that the check of the bus refuses."""
     source, check = HostileMessages(seed, {}), MessageCheck()
     made = k = 0
     while made < count:

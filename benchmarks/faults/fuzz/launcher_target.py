@@ -37,21 +37,11 @@ class LauncherTarget:
     """Launcher that takes hostile messages while it runs one process."""
 
     def __init__(self, lawful: Sequence[Delivery]) -> None:
-        """Create a target.
-
-        Args:
-            lawful: Messages of an ordinary run, which are mutated.
-        """
+        """Create a target."""
         self._corpus = corpus_of(lawful)
 
     def run_batch(self, seed: str, count: int, totals: Totals) -> None:
-        """Run a launcher that takes hostile messages, and ends.
-
-        Args:
-            seed: Seed of the batch.
-            count: Number of hostile messages.
-            totals: Counts, which grow.
-        """
+        """Run a launcher that takes hostile messages, and ends."""
         bus = HostileBus(HostileMessages(seed, self._corpus), count, totals)
         with tempfile.TemporaryDirectory() as folder:
             first = find("three-cylinders")
@@ -78,13 +68,7 @@ class HostileBus:
     """Bus whose subscriptions yield hostile messages only."""
 
     def __init__(self, source: HostileMessages, count: int, totals: Totals) -> None:
-        """Create a bus with a number of messages.
-
-        Args:
-            source: Source of the messages.
-            count: Their number.
-            totals: Counts, which grow.
-        """
+        """Create a bus with a number of messages."""
         self._source, self.left, self._totals = source, count, totals
         self._check = MessageCheck()
         self.ended = False
@@ -130,13 +114,7 @@ class HostileSubscription:
     """Subscription that yields some hostile messages at a time."""
 
     def __init__(self, bus: HostileBus, topic: Topic, count: int = 32) -> None:
-        """Create a subscription.
-
-        Args:
-            bus: Bus that makes the messages.
-            topic: Topic of the messages.
-            count: Number of messages at a time.
-        """
+        """Create a subscription."""
         self._bus, self._topic, self._count = bus, topic, count
 
     def take(self) -> list[tuple[str, Received]]:

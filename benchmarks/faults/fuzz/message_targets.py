@@ -82,13 +82,7 @@ class ServiceTarget:
         self._mailbox = Mailbox(self._service.reads)
 
     def run_batch(self, seed: str, count: int, totals: Totals) -> None:
-        """Send hostile messages to the service, and step it.
-
-        Args:
-            seed: Seed of the batch.
-            count: Number of hostile messages.
-            totals: Counts, which grow.
-        """
+        """Send hostile messages to the service, and step it."""
         source = HostileMessages(seed, self._corpus)
         topics = tuple(self._service.reads) if not self._tap else TOPICS
         try:

@@ -54,13 +54,7 @@ class PageTarget:
         self._now = START
 
     def run_batch(self, seed: str, count: int, totals: Totals) -> None:
-        """Send hostile frames and requests, and step the dashboard.
-
-        Args:
-            seed: Seed of the batch.
-            count: Number of frames and requests.
-            totals: Counts, which grow.
-        """
+        """Send hostile frames and requests, and step the dashboard."""
         rng = random.Random(seed)
         try:
             asyncio.run(self._attack(rng, count))

@@ -40,14 +40,7 @@ Method = Literal["gauss_newton", "actions", "network"]
 def planning_times(
     base: Scenario, method: Method, count: int, calls: int
 ) -> Float64[np.ndarray, "c"]:
-    """Return the wall times of successive horizons [ms].
-
-    Args:
-        base: Scenario of rope, goal and obstacles.
-        method: Control method.
-        count: Number of nodes of the rope.
-        calls: Number of timed horizons.
-    """
+    """Return the wall times of successive horizons [ms]."""
     scenario = replace(
         base,
         rope=replace(base.rope, node_count=count),

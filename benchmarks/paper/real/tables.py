@@ -35,12 +35,7 @@ def table_2(runs: Sequence[ExperimentRun]) -> Table:
 
 
 def table_3(runs: Sequence[ExperimentRun], caption: str) -> Table:
-    """Return the table of the final mean node errors [mm], beside the paper's.
-
-    Args:
-        runs: Runs.
-        caption: Conditions.
-    """
+    """Return the table of the final mean node errors [mm], beside the paper's."""
     table = Table(title="Errors \\[mm], after Table 3", caption=caption)
     for head in ("", "believed stiffness", "adapting"):
         table.add_column(head)

@@ -45,10 +45,6 @@ def reliability(doubts: Sequence[StatedDoubt]) -> list[dict[str, float | str]]:
 
 
 def fitted(doubts: Sequence[StatedDoubt]) -> tuple[float, ...]:
-    """Return the coefficients of the model, fitted to what was wrong.
-
-    Args:
-        doubts: Chains of sequences that nothing else was tuned on, wrong ones among them.
-    """
+    """Return the coefficients of the model, fitted to what was wrong."""
     features = np.array([d.features for d in doubts])
     return fit_logistic(features, np.array([d.wrong for d in doubts]))

@@ -79,11 +79,7 @@ def _sample(picture: LabelledPicture, foreground: Foreground) -> Iterator[Sample
 
 
 def fit(count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the coefficients of the models of ropes and of images.
-
-    Args:
-        count: Number of pictures.
-    """
+    """Return the coefficients of the models of ropes and of images."""
     every = list(samples(count))
     features = np.array([astuple(r) for s in every for r in s.ropes])
     wrong = np.concatenate([~_right_ropes(s) for s in every])

@@ -31,12 +31,7 @@ def reliability(judged: list[Judgement]) -> list[tuple[float, float, int]]:
 
 
 def draw_reliability(judged: list[Judgement], path: Path) -> None:
-    """Write the diagram: a point for each bin, with the standard error of its share.
-
-    Args:
-        judged: Judged answers.
-        path: Image file to write.
-    """
+    """Write the diagram: a point for each bin, with the standard error of its share."""
     stated, wrong, count = np.array(reliability(judged)).T
     # A share of nothing or all still has an error: that of half an answer.
     error = np.sqrt(np.maximum(wrong * (1.0 - wrong), 0.25 / count) / count)

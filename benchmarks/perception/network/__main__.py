@@ -45,9 +45,6 @@ def batches(seed: int) -> Iterator[tuple[torch.Tensor, torch.Tensor]]:
 
     A square returns `VIEWS` times on average, turned and mirrored otherwise: a picture takes longer
     to render than to learn from.
-
-    Args:
-        seed: Seed of the first picture.
     """
     random = np.random.default_rng((4, seed))
     pool: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=POOL_SIZE)

@@ -33,11 +33,7 @@ class RopeNet(nn.Module):
         self.head = nn.ConvTranspose2d(CHANNELS[0], 1, 2, 2)
 
     def forward(self, pictures: torch.Tensor) -> torch.Tensor:
-        """Return the log odds of every pixel, shape (b, 1, h, w).
-
-        Args:
-            pictures: Red, green, blue, 0..1, shape (b, 3, h, w); h and w are multiples of 16.
-        """
+        """Return the log odds of every pixel, shape (b, 1, h, w)."""
         scales: list[torch.Tensor] = []
         here = pictures
         for block in self.down:
@@ -53,10 +49,6 @@ def read_weights(network: RopeNet, path: Path) -> None:
     """Give a network the weights of an ONNX file of the same shape, in place.
 
     The file has the normalisations merged into the convolutions: the network's become a bias.
-
-    Args:
-        network: Network.
-        path: File that the training has written.
 
     Raises:
         ValueError: The file has another number of layers.

@@ -43,11 +43,7 @@ CLUTTER_SHARE = 0.7
 def training_crops(
     seed: int,
 ) -> Iterator[tuple[UInt8[np.ndarray, "s s 3"], UInt8[np.ndarray, "s s"]]]:
-    """Yield squares of one picture (red, green, blue), and 1 where they show a cable.
-
-    Args:
-        seed: Seed of everything in the picture.
-    """
+    """Yield squares of one picture (red, green, blue), and 1 where they show a cable."""
     random = np.random.default_rng((3, seed))
     color, mask = _picture(random)
     height, width = mask.shape

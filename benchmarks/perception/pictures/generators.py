@@ -78,13 +78,7 @@ HELD_OUT_GROUNDS: tuple[Color, ...] = (
 
 
 def tuning_picture(seed: int, cable_count: int, ground: Ground) -> LabelledPicture:
-    """Return a picture for tuning.
-
-    Args:
-        seed: Seed of everything in it.
-        cable_count: Number of cables.
-        ground: Kind of ground.
-    """
+    """Return a picture for tuning."""
     random = np.random.default_rng((1, seed))
     base = _hue(random, random.uniform(0.0, 0.5), random.uniform(20.0, 240.0))
     width = random.uniform(8.0, 20.0)
@@ -123,11 +117,6 @@ def held_out_picture(seed: int, cable_count: int, ground: Ground) -> LabelledPic
     """Return a picture for figures; some ranges of seeds have served for tuning.
 
     These are 5200 to 5319, 6100 to 6119 and 7000 to 8039.
-
-    Args:
-        seed: Seed of everything in it.
-        cable_count: Number of cables.
-        ground: Kind of ground.
     """
     random = np.random.default_rng((2, seed))
     base = HELD_OUT_GROUNDS[int(random.integers(len(HELD_OUT_GROUNDS)))]

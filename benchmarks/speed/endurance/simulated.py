@@ -28,9 +28,6 @@ class SimulatedOperation:
     def __init__(self, scenario: Scenario) -> None:
         """Start the stack, with true nodes in place of the camera.
 
-        Args:
-            scenario: The scenario.
-
         Raises:
             RuntimeError: The cell does not become ready.
         """

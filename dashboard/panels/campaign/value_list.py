@@ -11,10 +11,6 @@ from lariat.configuration import ConfigurationError
 def values_of(field: SettingField, text: str) -> list[str]:
     """Return the values of a text such as "0.01, 0.02", each in TOML.
 
-    Args:
-        field: Setting that takes them.
-        text: Values with commas between them.
-
     Raises:
         ConfigurationError: There is none, one occurs twice, or one is not valid.
     """

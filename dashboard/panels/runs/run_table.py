@@ -34,12 +34,7 @@ def verdict(run: RunSummary) -> str:
 
 
 def matching(runs: Iterable[RunSummary], words: str) -> list[RunSummary]:
-    """Return the runs whose scenario, verdict, reason, method, note or time has all of some words.
-
-    Args:
-        runs: Runs.
-        words: Words with spaces between them, in any case; none of them match every run.
-    """
+    """Return runs whose scenario, verdict, reason, method, note or time has all the words."""
     wanted = words.lower().split()
     return [run for run in runs if all(word in _words(run) for word in wanted)]
 

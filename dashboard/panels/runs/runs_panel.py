@@ -59,15 +59,7 @@ class RunsPanel:
         outbox: Outbox,
         notify: Callable[[Notification], None],
     ) -> None:
-        """Add the elements to the page.
-
-        Args:
-            server: Web server of the page.
-            scenario: Scenario that runs.
-            actions: Queue for clicks.
-            outbox: Destination of requests to the recorder.
-            notify: Shows a notification on the page.
-        """
+        """Add the elements to the page."""
         self._gui = gui = server.gui
         self._outbox, self._notify = outbox, notify
         self._shown_curves: list[tuple[str, str]] | None = None

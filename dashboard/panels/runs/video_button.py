@@ -25,14 +25,7 @@ class VideoButton:
         outbox: Outbox,
         notify: Callable[[Notification], None],
     ) -> None:
-        """Add the button to the page.
-
-        Args:
-            gui: The page's GUI.
-            actions: Queue for clicks.
-            outbox: Destination of requests to the recorder.
-            notify: Shows a notification on the page.
-        """
+        """Add the button to the page."""
         self._outbox, self._notify = outbox, notify
         self._asked: tuple[str, viser.ClientHandle | None] = "", None
         """Run of which a browser has asked for a video, and that browser."""

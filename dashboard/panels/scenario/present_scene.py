@@ -16,12 +16,7 @@ SAME = 1e-6
 
 
 def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
-    """Return the setting of a goal's grips, turns and part; none where they are the scenario's.
-
-    Args:
-        goal: Present goal of the task.
-        scenario: Scenario that runs.
-    """
+    """Return the setting of a goal's grips, turns and part; none where they are the scenario's."""
     if any(len(g.position) != 3 or len(g.orientation) != 4 for g in goal.grips):
         return []
     same_part = goal.part == scenario.goal.part
@@ -42,12 +37,7 @@ def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
 
 
 def obstacle_settings(obstacles: Sequence[Obstacle], scenario: Scenario) -> list[str]:
-    """Return the setting of a scene's obstacles; none where they are the scenario's.
-
-    Args:
-        obstacles: Obstacles of the scene.
-        scenario: Scenario that runs.
-    """
+    """Return the setting of a scene's obstacles; none where they are the scenario's."""
     table = tomllib.loads(scenario.text)
     file = table.get("obstacles", [])
     names = [o.body(k).name for k, o in enumerate(scenario.obstacles)]

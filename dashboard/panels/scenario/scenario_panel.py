@@ -42,15 +42,7 @@ class ScenarioPanel:
         outbox: Outbox,
         notify: Callable[[Notification], None],
     ) -> None:
-        """Add the elements to the page.
-
-        Args:
-            gui: The page's GUI.
-            scenario: Scenario that runs.
-            actions: Queue for clicks.
-            outbox: Destination of requests.
-            notify: Shows a notification on the page.
-        """
+        """Add the elements to the page."""
         self._scenario, self._actions = scenario, actions
         self._outbox, self._notify = outbox, notify
         self._stack: StackState | None = None
@@ -208,11 +200,7 @@ class ScenarioPanel:
             button.on_click(lambda _: modal.close())
 
     def changes(self, with_scene: bool = True) -> list[str] | None:
-        """Return the settings that people have changed; None, and say so, where one is not valid.
-
-        Args:
-            with_scene: Whether to add those of the present goal and obstacles.
-        """
+        """Return the settings that people changed; None, and say so, where one is not valid."""
         if self._has_problems():
             return None
         settings = self._editor.settings
@@ -264,12 +252,7 @@ def _real_arms(table: dict[str, object]) -> list[str]:
 
 
 def status_html(stack: StackState, saved: str = "") -> str:
-    """HTML of the scenario that runs and of what became of the last request.
-
-    Args:
-        stack: State of whoever runs the stack.
-        saved: Name under which the last request has saved a scenario; empty for another request.
-    """
+    """HTML of the scenario that runs and of what became of the last request."""
     style = "margin:.5em 1em;font-size:.9em;line-height:1.4;overflow-wrap:anywhere"
     lines = [f"Runs: <b>{html.escape(stack.scenario or '–')}</b>"]
     if stack.activity:

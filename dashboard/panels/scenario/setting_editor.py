@@ -19,13 +19,7 @@ class SettingEditor:
     """Fields of the chosen section, and the changes that people have made."""
 
     def __init__(self, gui: viser.GuiApi, scenario: Scenario, actions: ActionQueue) -> None:
-        """Add the elements to the page.
-
-        Args:
-            gui: The page's GUI.
-            scenario: Scenario whose settings are shown.
-            actions: Queue for changes.
-        """
+        """Add the elements to the page."""
         self._gui = gui
         self._actions = actions
         self._sections = sections(scenario)
@@ -124,12 +118,7 @@ class SettingEditor:
 
 
 def summary_html(changes: list[tuple[str, str, str]], problems: list[str]) -> str:
-    """HTML of changed settings and of what is wrong with them.
-
-    Args:
-        changes: Key, former and new text of each.
-        problems: Sentences.
-    """
+    """HTML of changed settings and of what is wrong with them."""
     style = "margin:.3em 1em;font-size:.8em;line-height:1.4;overflow-wrap:anywhere"
     lines = [
         f"<div><b>{html.escape(key)}</b>: {html.escape(old or '–')} → {html.escape(new)}</div>"

@@ -162,14 +162,7 @@ def effort_terms(
 def _effort(
     horizon: int, count: int, speed: float, acceleration: float
 ) -> Float64[np.ndarray, "v v"]:
-    """Matrix of the effort's quadratic form in the velocities at the ends of steps.
-
-    Args:
-        horizon: Number of steps.
-        count: Number of components of a velocity.
-        speed: Weight of squared velocities.
-        acceleration: Weight of their squared changes within the steps.
-    """
+    """Matrix of the effort's quadratic form in the velocities at the ends of steps."""
     size = horizon * count
     changes = np.eye(size) - np.eye(size, k=-count)
     return speed * np.eye(size) + acceleration * changes.T @ changes

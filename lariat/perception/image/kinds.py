@@ -225,13 +225,7 @@ def _covered(skeleton: Bool[np.ndarray, "h w"], rope: RopeMask | UInt8[np.ndarra
 def _scored(
     lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask, wanted: Float64[np.ndarray, "3"] | None
 ) -> Kind | None:
-    """Mask with its score; None when it cannot be a rope.
-
-    Args:
-        lab: Image in Lab.
-        rope: Mask of the same size.
-        wanted: Colour of the rope in Lab.
-    """
+    """Mask with its score; None when it cannot be a rope."""
     found = component_contrasts(lab, rope) if np.any(rope.skeleton) else []
     contrast = _length_mean(found, [c.contrast for c in found]) if found else 0.0
     if contrast < MIN_CONTRAST:

@@ -151,12 +151,7 @@ def _cropped(camera: Camera, part: tuple[slice, slice], shape: tuple[int, ...]) 
 
 
 def _without_steps(ridge: Ridge, min_count: int) -> Iterator[Ridge]:
-    """Yield the pieces of a ridge between steps of its depth, where it leads over another thing.
-
-    Args:
-        ridge: The ridge.
-        min_count: Number of points below which a piece is left out.
-    """
+    """Yield the pieces of a ridge between steps of its depth, where it leads over another thing."""
     (known,) = np.nonzero(np.isfinite(ridge.depth))
     steps = np.abs(np.diff(ridge.depth[known])) > MAX_STEP
     for run in np.split(known, np.flatnonzero(steps) + 1):

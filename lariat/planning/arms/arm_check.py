@@ -156,11 +156,6 @@ def _standing_slacks(
     """Slacks of all rules at poses of the rope's ends, by the arm's side; both arms' under "".
 
     Joints are followed on the straight way from pose to pose. None where an arm cannot go it.
-
-    Args:
-        problem: Obstacles, and how grippers hold the ends.
-        cell: Arms, whose joints are those at the first pose.
-        ends: Poses of the rope's ends, those at the start first.
     """
     positions, orientations = problem.grippers(
         np.array([[end.position for end in pair] for pair in ends]),

@@ -138,11 +138,7 @@ class TreeSearch:
         return np.unique(last[last != nearest])
 
     def _thread(self, side: int) -> np.ndarray:
-        """Grow a tree to the mouths of narrow passages, and lengthwise through them.
-
-        Returns:
-            Last new nodes of its branches.
-        """
+        """Grow a tree to the mouths of narrow passages, and lengthwise through them."""
         s, tree, waiting = self._settings, self._trees[side], self._open_threads[side]
         first = len(tree) == 1
         some = waiting if first else waiting[: s.threads.per_iteration]
@@ -235,11 +231,7 @@ class TreeSearch:
     def _extend(
         self, side: int, nodes: np.ndarray, targets: Grips
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Grow branches from nodes towards targets, as far as all shapes are clear.
-
-        Returns:
-            Last node of each branch, and whether it is at its target.
-        """
+        """Grow branches from nodes towards targets, as far as all shapes are clear."""
         s, tree = self._settings, self._trees[side]
         start = tree.grips[nodes]
         counts = np.maximum(np.ceil(self._motion.length(start, targets) / s.step), 1.0)
@@ -257,16 +249,7 @@ class TreeSearch:
         return last, arrived
 
     def _rolled(self, begin: list[RodState], start: Grips, grips: Grips):
-        """Roll rods out along motions, in one launch.
-
-        Args:
-            begin: Rods at the beginning of each motion.
-            start: Grips there.
-            grips: Grips after each step, motion by motion.
-
-        Returns:
-            A function that returns a state, and whether each step is clear.
-        """
+        """Roll rods out along motions, in one launch."""
         count = len(begin)
         steps = len(grips) // count
         positions = grips.positions.reshape(count, steps, 2, 3)

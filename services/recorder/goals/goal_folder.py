@@ -70,11 +70,6 @@ class GoalFolder:
     def save(self, name: str, scenario: str, goal: Goal) -> None:
         """Save a goal; one that was saved under this name before is replaced.
 
-        Args:
-            name: Its name.
-            scenario: Name of the scenario in which it was saved.
-            goal: The goal.
-
         Raises:
             GoalRefused: The name is not allowed, there are too many, or the goal has no nodes.
             OSError: It cannot be written.

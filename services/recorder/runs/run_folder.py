@@ -114,10 +114,6 @@ class RunFolder:
     def delete(self, id: str, open_file: str = "") -> None:
         """Delete a run, and its recordings unless another run is in them.
 
-        Args:
-            id: Id of the run.
-            open_file: Name of the recording that is being written.
-
         Raises:
             RunRefused: There is no such run, or it is being recorded.
             OSError: A file cannot be deleted.

@@ -46,11 +46,7 @@ class RunLog:
         return RunFile(summary=self._summary, curves=curves)
 
     def take_task(self, task: TaskState) -> RunFile | None:
-        """Take a state of the task.
-
-        Returns:
-            The run before, when it is over and another one begins.
-        """
+        """Take a state of the task."""
         final, known = None, self._summary
         if task.run and (known.run, known.started) != (task.run, task.run_started):
             final = self.present if known.over else None
@@ -63,11 +59,7 @@ class RunLog:
         return final
 
     def take_result(self, result: RunResult) -> bool:
-        """Take a result of the run.
-
-        Returns:
-            Whether it is the first one after the run's end.
-        """
+        """Take a result of the run."""
         summary = self._summary
         if not summary.id or result.run != summary.run:
             return False
@@ -85,11 +77,7 @@ class RunLog:
             self._summary.files.append(name)
 
     def take_late_file(self, run: str, name: str) -> bool:
-        """Take the name of the recording of a run that was over before the file was open.
-
-        Returns:
-            Whether it is the last run, and had no recording yet.
-        """
+        """Take the name of the recording of a run that was over before the file was open."""
         missing = self._summary.run == run and not self._summary.files
         if missing:
             self._summary.files.append(name)

@@ -64,10 +64,6 @@ class VideoProcess:
     def start(self, run: RunSummary, files: Sequence[Path]) -> None:
         """Begin to make the video of a run.
 
-        Args:
-            run: The run.
-            files: Its recordings.
-
         Raises:
             RunRefused: Another video is being made, the run is too long, or OpenCV is missing.
             OSError: The process cannot be started.

@@ -21,10 +21,6 @@ class DepthView:
     """Newest depth image and calibration of a camera."""
 
     def __init__(self, name: str) -> None:
-        """
-        Args:
-            name: Name of the camera.
-        """
         self._name = name
         self._depth_key = topics.CAMERA_DEPTH.at(name).key
         self._calibration_key = topics.CAMERA_CALIBRATION.at(name).key

@@ -35,12 +35,7 @@ class MeshHull:
 
 
 def mesh_hulls(scenario: Scenario, side: Side) -> tuple[MeshHull, ...]:
-    """Return the hulls of the links of the arm at an end whose collision geometry is a mesh.
-
-    Args:
-        scenario: The cell.
-        side: End of the rope.
-    """
+    """Return the hulls of the links of the arm at an end whose collision geometry is a mesh."""
     description = arm_description(scenario, side)
     if description is None or find_spec("pinocchio") is None or find_spec("scipy") is None:
         return ()

@@ -32,12 +32,6 @@ def drivers_of(
 ) -> tuple[Driver, Driver]:
     """Create the drivers of the left and the right end.
 
-    Args:
-        scenario: The cell.
-        starts: Grip poses at the scenario's start.
-        emulators: Hosts of the emulators that stand in for arms without an address.
-        links: Links to arms that the caller provides; they are used in place of an address.
-
     Raises:
         ConfigurationError: An arm cannot be reached, by kinematics or by address.
     """

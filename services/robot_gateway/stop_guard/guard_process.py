@@ -39,11 +39,7 @@ def main() -> None:
 
 
 def guard(channel: socket.socket) -> None:
-    """Stop the arm whenever reports cease, until the gateway ends.
-
-    Args:
-        channel: Socket of sequenced packets, with the gateway at its other end.
-    """
+    """Stop the arm whenever reports cease, until the gateway ends."""
     connection: int | None = None
     stop = take_power = b""
     watched = False

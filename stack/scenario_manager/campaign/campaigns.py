@@ -55,11 +55,6 @@ class Campaigns:
     def start(self, request: StackRequest, base: Path, scenario: str) -> None:
         """Start a campaign.
 
-        Args:
-            request: The request.
-            base: Scenario file that it names.
-            scenario: Name of the scenario for people.
-
         Raises:
             ConfigurationError: Another one goes on, or one of its trials is not valid.
             OSError: The scenarios cannot be written.
@@ -95,11 +90,7 @@ class Campaigns:
         self.close()
 
     def poll(self) -> bool:
-        """Take the score of a trial that has ended, and start the next one.
-
-        Returns:
-            Whether the table has changed.
-        """
+        """Take the score of a trial that has ended, and start the next one."""
         campaign = self._state
         if campaign is None or not campaign.running:
             return False

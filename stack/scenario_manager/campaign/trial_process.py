@@ -51,12 +51,7 @@ class TrialProcess:
     """Trial that goes on."""
 
     def __init__(self, command: Sequence[str], folder: Path) -> None:
-        """Start the trial.
-
-        Args:
-            command: Arguments of the Python interpreter.
-            folder: Folder for its output, which exists.
-        """
+        """Start the trial."""
         self._output, self._errors = folder / "score.json", folder / "errors.txt"
         self._began = time.monotonic()
         # Files and not pipes: a pipe that nobody reads stops the process that fills it.
@@ -71,11 +66,7 @@ class TrialProcess:
             )
 
     def take_end(self, trial: CampaignTrial) -> bool:
-        """Write the score of a process that has ended to its trial.
-
-        Returns:
-            Whether it has ended.
-        """
+        """Write the score of a process that has ended to its trial."""
         trial.wall = time.monotonic() - self._began
         if self._process.poll() is None:
             return False

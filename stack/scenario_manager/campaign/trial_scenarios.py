@@ -35,10 +35,6 @@ class TrialScenarios:
 def trial_scenarios(request: StackRequest, base: Path) -> Iterator[TrialScenarios]:
     """Yield the scenarios of a campaign, the last setting varying fastest.
 
-    Args:
-        request: The request.
-        base: Scenario file that it names.
-
     Raises:
         ConfigurationError: There are no trials or too many, or one of them is not valid.
     """

@@ -64,12 +64,7 @@ class Cr5Client:
     """Protocol client of one arm."""
 
     def __init__(self, link: Link, settings: EnableSettings | None = None) -> None:
-        """Create a client; the connection is opened by the first steps.
-
-        Args:
-            link: Access to the arm's ports.
-            settings: Settings to apply when the arm is enabled.
-        """
+        """Create a client; the connection is opened by the first steps."""
         self._link = link
         self._settings = settings or EnableSettings()
         self._connection = ArmConnection(link)

@@ -52,15 +52,7 @@ def enable_steps(
     alarms: Callable[[], tuple[str, ...]],
     settings: EnableSettings,
 ) -> SequenceSteps:
-    """Yield the steps after which the arm follows servo points; return the failure in words.
-
-    Args:
-        firmware: Version of the protocol.
-        mode: Returns the present RobotMode.
-        describe: Returns the same in words.
-        alarms: Returns the present alarms in words.
-        settings: Settings to apply.
-    """
+    """Yield the steps after which the arm follows servo points; return the failure in words."""
     if firmware == "v4":
         # An error is fine: older firmware lacks the command, and an enabled arm refuses it.
         yield Request("RequestControl()")
@@ -106,14 +98,7 @@ def disable_steps(
     drives_off: Callable[[], bool],
     describe: Callable[[], str],
 ) -> SequenceSteps:
-    """Yield the steps after which the arm rests without power; return the failure in words.
-
-    Args:
-        firmware: Version of the protocol.
-        at_rest: Returns whether the joints rest.
-        drives_off: Returns whether the feedback reports that the drives are off.
-        describe: Returns the present RobotMode in words.
-    """
+    """Yield the steps after which the arm rests without power; return the failure in words."""
     # An error is fine: whatever ran, the drives are disabled next.
     yield Request(STOP_COMMANDS[firmware or "v4"][0])
     yield WaitUntil(at_rest, REST_TIMEOUT)

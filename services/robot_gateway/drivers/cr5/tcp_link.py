@@ -40,9 +40,6 @@ class TcpLink:
 
         A name is resolved once, here: no look-up may block while arms move.
 
-        Args:
-            host: IP address or host name.
-
         Raises:
             ConfigurationError: The name cannot be resolved.
         """

@@ -16,7 +16,6 @@ from lariat.control.mpc import motion_kernels as controller_motion
 from lariat.machine_code import kernel_key, library
 from lariat.perception.centerline import chain_fit
 from lariat.rod.launch import machine_code as rod
-from lariat.safety.constraints import sphere_kernels
 from lariat.safety.motion import motion_kernels as gateway_motion
 from lariat.simulation.camera import camera_kernels
 
@@ -26,7 +25,6 @@ SOURCES = (
     chain_fit.KERNEL,
     *camera_kernels.SOURCES,
     *path_kernel.SOURCES,
-    *sphere_kernels.SOURCES,
     *gateway_motion.SOURCES,
     *controller_motion.SOURCES.values(),
 )

@@ -6,57 +6,14 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.obstacles import signed_distance
-from lariat.safety.constraints.gripper_kernel import LEAST_ROOM
 from lariat.safety.constraints.near_solids import NearSolids
 from lariat.safety.constraints.obstacle_scene import ObstacleScene
-from lariat.safety.constraints.rule import Rule
-from lariat.safety.constraints.slacks import Slacks, first_broken, keeps_all
+from lariat.safety.constraints.slacks import Slacks
 from lariat.safety.constraints.sphere_distance import distances
-from lariat.safety.constraints.sphere_kernels import SphereKernels, finite
 
 EXACT_SLACK = 0.05
 """Slack above which the distance from an obstacle's bounding sphere to the box around the path
 serves as a lower bound [m]."""
-
-
-class PreparedSlacks:
-    """Compiled slacks of spheres with the same radii in one scene, in memory that stays."""
-
-    def __init__(
-        self,
-        kernels: SphereKernels,
-        radii: Float64[np.ndarray, "k"],
-        scene: ObstacleScene,
-        keep_out: float,
-        poses: int,
-    ) -> None:
-        """Prepare the call.
-
-        Args:
-            kernels: Compiled distances.
-            radii: Radii of the spheres [m].
-            scene: Obstacles.
-            keep_out: Least distance from a solid [m].
-            poses: Number of poses for which there is room at least.
-        """
-        self._radii, self._scene = radii, scene
-        room = max(2 * poses, LEAST_ROOM)
-        self._centres, self._slacks = np.zeros((room, len(radii), 3)), np.zeros((room, 2))
-        rows = self._centres.reshape(-1, 3)
-        self._call = kernels.sphere_slacks.prepared(
-            rows, radii, scene.table, self._slacks, keep_out, EXACT_SLACK
-        )
-
-    def serves(self, radii: Float64[np.ndarray, "k"], scene: ObstacleScene, poses: int) -> bool:
-        """Return whether the call serves for radii [m], a scene and a number of poses."""
-        return radii is self._radii and scene is self._scene and poses <= len(self._slacks)
-
-    def __call__(self, centres: Float64[np.ndarray, "m k 3"]) -> Float64[np.ndarray, "m 2"]:
-        """Return the slacks for centres at m poses [m]; the next call overwrites them."""
-        count = len(centres)
-        self._centres[:count] = centres
-        self._call(count)
-        return self._slacks[:count]
 
 
 class CollisionConstraint:
@@ -71,10 +28,6 @@ class CollisionConstraint:
         """
         self.keep_out = keep_out
         self.scene = ObstacleScene()
-        self.kernels: SphereKernels | None = None
-        """Compiled distances; None: those of NumPy."""
-        self._prepared: dict[int, PreparedSlacks] = {}
-        """Calls by the identity of the radii."""
 
     def slacks(
         self,
@@ -84,8 +37,7 @@ class CollisionConstraint:
     ) -> Slacks:
         """Return the slacks of both rules for k spheres at m poses [m].
 
-        A slack of at least `EXACT_SLACK` is a lower bound. The next call for these radii may
-        overwrite them.
+        A slack of at least `EXACT_SLACK` is a lower bound.
 
         Args:
             centres: Centres of the spheres in the world frame [m].
@@ -95,9 +47,6 @@ class CollisionConstraint:
         if not len(radii):
             free = np.full(len(centres), np.inf)
             return {"keep_out": free, "table": free}
-        if self.kernels is not None:
-            found = self._compiled_slacks(self.kernels, centres, radii)
-            return {"keep_out": found[:, 0], "table": found[:, 1]}
         table = [
             np.min(signed_distance(centres, o) - radii, axis=1) for o in self.scene.half_spaces
         ]
@@ -105,38 +54,6 @@ class CollisionConstraint:
             "keep_out": self._solid_slack(centres, radii, near or NearSolids(surroundings=0.0)),
             "table": np.min(table, axis=0) if table else np.full(len(centres), np.inf),
         }
-
-    def broken(
-        self,
-        centres: Float64[np.ndarray, "m k 3"],
-        radii: Float64[np.ndarray, "k"],
-        near: NearSolids,
-        margin: float,
-    ) -> tuple[Rule, float] | None:
-        """Return the rule that spheres break along a path, and by how much; arguments as above [m].
-
-        Args:
-            margin: Slack that is demanded beyond zero [m].
-        """
-        kernels = self.kernels
-        if kernels and keeps_all(self._compiled_slacks(kernels, centres, radii), margin):
-            return None
-        return first_broken(self.slacks(centres, radii, near), margin)
-
-    def _compiled_slacks(
-        self,
-        kernels: SphereKernels,
-        centres: Float64[np.ndarray, "m k 3"],
-        radii: Float64[np.ndarray, "k"],
-    ) -> Float64[np.ndarray, "m 2"]:
-        """Return the slacks of solids and half spaces by compiled code; arguments as above [m]."""
-        if not finite(centres):
-            return np.full((len(centres), 2), np.nan)
-        call = self._prepared.get(id(radii))
-        if call is None or not call.serves(radii, self.scene, len(centres)):
-            call = PreparedSlacks(kernels, radii, self.scene, self.keep_out, len(centres))
-            self._prepared[id(radii)] = call
-        return call(centres)
 
     def _solid_slack(
         self,

@@ -160,8 +160,11 @@ class JointConstraints:
             "joint_limits": self._range_slack(path),
             "singularity": singularity_slack(self.kinematics, path),
         }
+        broken = first_broken(slacks)
+        if broken:
+            return broken
         links = self._links.centres, self._links.radii, self._near_solids
-        return first_broken(slacks) or collision.broken(*links, margin)
+        return first_broken(collision.slacks(*links), margin)
 
     def limit_slack(self, measured: Joints) -> Slacks:
         """Return the slack of the joint limits for the commanded and the measured joints [rad]."""

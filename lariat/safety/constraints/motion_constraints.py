@@ -12,16 +12,14 @@ from jaxtyping import Float64
 from lariat.geometry import poses
 from lariat.geometry.grippers import GripperBody
 from lariat.geometry.obstacles import Obstacle
-from lariat.safety.constraints.collision import EXACT_SLACK, CollisionConstraint
-from lariat.safety.constraints.gripper_kernel import GripperKernel
+from lariat.safety.constraints.collision import CollisionConstraint
 from lariat.safety.constraints.near_solids import NearSolids
 from lariat.safety.constraints.obstacle_scene import ObstacleScene
 from lariat.safety.constraints.rope_length import RopeLengthConstraint
 from lariat.safety.constraints.rule import Rule
-from lariat.safety.constraints.slacks import Slacks, first_broken, keeps_all
+from lariat.safety.constraints.slacks import Slacks, first_broken
 from lariat.safety.constraints.spacing import grip_distances
 from lariat.safety.constraints.sphere_distance import Spheres
-from lariat.safety.constraints.sphere_kernels import SphereKernels
 from lariat.safety.constraints.workspace import Corner, region_slack, workspace_slack
 
 
@@ -70,8 +68,6 @@ class MotionConstraints:
         }
         """Spheres of each driven end."""
         self._near_solids = NearSolids()
-        self._kernel: GripperKernel | None = None
-        """Compiled slacks; None: those of NumPy."""
         self.centres = np.zeros((0, len(self._radii), 3))
         """Centres of the spheres along the path whose slacks were asked for last [m]."""
 
@@ -86,28 +82,12 @@ class MotionConstraints:
         self.collision.scene = scene
         self.rope_length.replace_scene(scene)
 
-    def compile(self) -> None:
-        """Use compiled distances from now on, where they exist."""
-        kernels = SphereKernels.compiled()
-        self.collision.kernels = kernels
-        if kernels is not None:
-            limits = self.boundaries
-            self._kernel = GripperKernel(
-                kernels.gripper_slacks,
-                self.driven,
-                (np.column_stack([self._ends.astype(np.float64), self._centres]), self._radii),
-                np.array(limits.workspace, dtype=np.float64),
-                (limits.keep_out, EXACT_SLACK, limits.spacing, self.rope_length.max_length),
-            )
-
     def slacks(
         self,
         positions: Float64[np.ndarray, "m ends 3"],
         orientations: Float64[np.ndarray, "m ends 4"],
     ) -> Slacks:
         """Return the slack of every rule on grips and grippers at m poses of all ends [m]."""
-        if self._kernel is not None:
-            return self._named(self._table(self._kernel, positions, orientations), positions)
         self.centres = self.gripper_centres(positions, orientations)
         result: Slacks = {
             "workspace": workspace_slack(positions[:, self.driven], self.boundaries.workspace),
@@ -133,38 +113,7 @@ class MotionConstraints:
             orientations: Their orientations, wxyz.
             margin: Slack that is demanded beyond zero [m].
         """
-        if self._kernel is None:
-            return first_broken(self.slacks(positions, orientations), margin)
-        table = self._table(self._kernel, positions, orientations)
-        if not self.boundaries.regions and keeps_all(table, margin):
-            return None
-        return first_broken(self._named(table, positions), margin)
-
-    def _table(
-        self,
-        kernel: GripperKernel,
-        positions: Float64[np.ndarray, "m ends 3"],
-        orientations: Float64[np.ndarray, "m ends 4"],
-    ) -> Float64[np.ndarray, "m 5"]:
-        """Return the slacks of grips and grippers by compiled code, columns as there [m]."""
-        table, self.centres, touched = kernel(positions, orientations, self.collision.scene)
-        if touched:
-            table[:, 4] = self.rope_length.slack(positions, grip_distances(positions))
-        else:
-            self.rope_length.searching = False
-        return table
-
-    def _named(
-        self, table: Float64[np.ndarray, "m 5"], positions: Float64[np.ndarray, "m ends 3"]
-    ) -> Slacks:
-        """Return the slacks of a table by their rules, with those of the regions."""
-        result: Slacks = {"workspace": table[:, 0]}
-        if self.boundaries.regions:
-            result["keep_in"] = region_slack(positions[:, self.driven], self.boundaries.regions)
-        result["keep_out"], result["table"] = table[:, 1], table[:, 2]
-        if positions.shape[1] == 2:
-            result["spacing"], result["overstretch"] = table[:, 3], table[:, 4]
-        return result
+        return first_broken(self.slacks(positions, orientations), margin)
 
     def gripper_centres(
         self,
@@ -172,8 +121,6 @@ class MotionConstraints:
         orientations: Float64[np.ndarray, "m ends 4"],
     ) -> Float64[np.ndarray, "m k 3"]:
         """Return the centres of the spheres that cover the driven grippers [m]."""
-        if self._kernel is not None:
-            return self._kernel(positions, orientations, self.collision.scene).centres
         return positions[:, self._ends] + poses.rotate(orientations[:, self._ends], self._centres)
 
     def driven_spheres(self, end: int, centres: Float64[np.ndarray, "m k 3"]) -> Spheres:

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
-from lariat.geometry import poses
-from lariat.geometry.obstacles import Obstacle, pack
+from lariat.geometry.obstacles import Obstacle
 
 
 class ObstacleScene:
@@ -24,18 +21,6 @@ class ObstacleScene:
         """Centres of the solids' bounding spheres [m]."""
         self.radii = np.array([bounding_radius(o) for o in self.solids])
         """Radii of the solids' bounding spheres [m]."""
-
-    @cached_property
-    def table(self) -> Float64[np.ndarray, "n 18"]:
-        """Solids, then half spaces, for compiled distances: columns as in `kernels`."""
-        bodies = [*self.solids, *self.half_spaces]
-        packed = pack([replace(o, keep_in=False) if o.keep_in else o for o in bodies])
-        rows = np.zeros((len(bodies), 18))
-        rows[:, :4], rows[:, 13:16] = packed[:, :4], packed[:, 8:11]
-        rows[:, 4:13] = poses.matrix(packed[:, 4:8]).reshape(-1, 9)
-        rows[: len(self.radii), 16] = self.radii
-        rows[:, 17] = [-1.0 if o.keep_in else 1.0 for o in bodies]
-        return rows
 
     def touched(
         self, starts: Float64[np.ndarray, "m 3"], ends: Float64[np.ndarray, "m 3"]

@@ -17,7 +17,8 @@ from lariat.safety.constraints.motion_constraints import CellBoundaries, MotionC
 from lariat.safety.constraints.path_densification import densified
 from lariat.safety.constraints.rule import Rule
 from lariat.safety.constraints.slacks import Slacks, first_broken
-from lariat.safety.constraints.spacing import BodySpacing
+from lariat.safety.constraints.spacing import body_spacing_slack
+from lariat.safety.constraints.sphere_distance import Spheres
 from lariat.safety.motion_contract import CHUNK_BOUNDARY_MARGIN
 from lariat.trajectory import MotionState
 
@@ -52,7 +53,6 @@ class PathCheck:
         self.joint_constraints = [
             (k, joints) for k, joints in enumerate(joint_constraints) if joints is not None
         ]
-        self._spacing = BodySpacing(boundaries.keep_out)
 
     def place(self, grips: Sequence[Pose]) -> None:
         """Set the poses of all ends; those of the fixed ends stay."""
@@ -238,7 +238,11 @@ class PathCheck:
         )
         for k, joints in self.joint_constraints:
             (left, right)[self.driven[k]].extend(joints.bodies())
-        return self._spacing.slack(left, right, len(centres), self.constraints.collision.kernels)
+        bodies = (
+            Spheres.joined([p.repeated(len(centres)) if len(p.centres) == 1 else p for p in parts])
+            for parts in (left, right)
+        )
+        return body_spacing_slack(*bodies, self.constraints.boundaries.keep_out)
 
     def _all_ends(
         self, positions: Positions, orientations: Orientations

@@ -31,14 +31,3 @@ def first_broken(slacks: Slacks, margin: float = 0.0) -> tuple[Rule, float] | No
         if not least >= min(margin, float(slack[0])) - SLACK_TOLERANCE:
             return rule, margin - least
     return None
-
-
-def keeps_all(table: Float64[np.ndarray, "m k"], margin: float = 0.0) -> bool:
-    """Return whether a path keeps k rules whatever its present slacks, which `first_broken` weighs.
-
-    Args:
-        table: Slacks of the rules, the present ones first [m, rad].
-        margin: Slack that is demanded beyond zero [m, rad].
-    """
-    least = np.minimum.reduce(table[1:], axis=None, initial=np.inf)
-    return bool(least >= margin - SLACK_TOLERANCE)

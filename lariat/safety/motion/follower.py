@@ -85,7 +85,6 @@ class SetpointFollower:
 
     def compile(self) -> None:
         """Follow and check by compiled code from now on, where it exists."""
-        self.paths.constraints.compile()
         found = motion_kernels.compiled()
         if found is not None and self.driven:
             reference, command = found

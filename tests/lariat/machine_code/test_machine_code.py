@@ -19,7 +19,6 @@ from lariat.perception.centerline.chain_fit import KERNEL
 from lariat.rod import Rod, RodProperties, RolloutSpec
 from lariat.rod.launch import machine_code
 from lariat.rod.launch.machine_code import SOURCE
-from lariat.safety.constraints.sphere_kernels import LEAST_DISTANCES
 from lariat.simulation.camera import camera_kernels
 
 has_assembler = pytest.mark.skipif(
@@ -372,22 +371,25 @@ def test_a_compiled_kernel_refuses_other_arrays_than_it_takes() -> None:
 
 
 @has_assembler
-def test_a_prepared_call_sees_what_its_arrays_hold_and_takes_the_last_numbers() -> None:
-    compiled = library.compiled_kernel(LEAST_DISTANCES)
+def test_a_prepared_call_sees_what_its_arrays_hold_and_takes_the_last_numbers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    root = checkout(tmp_path / "checkout", 4.0)
+    compiled = library.compiled_kernel.__wrapped__(probe(root))
     assert compiled is not None
-    left, right, distances = np.zeros((3, 3)), np.ones((3, 3)), np.zeros(3)
-    arrays = left, np.zeros(1), right, np.zeros(1), distances
-    call = compiled.prepared(*arrays)
-    call(2)
-    np.testing.assert_allclose(distances, [np.sqrt(3.0), np.sqrt(3.0), 0.0])
-    right[1] = left[1]
-    call(3)
-    np.testing.assert_allclose(distances, [np.sqrt(3.0), 0.0, np.sqrt(3.0)])
-    for numbers in ((), (3, 3)):
+    values = np.array([1.0, 10.0])
+    call = compiled.prepared(values)
+    call(0.5)
+    np.testing.assert_array_equal(values, [2.0, 20.0])
+    values[1] = 0.0
+    call(1.0)
+    np.testing.assert_array_equal(values, [8.0, 0.0])
+    for numbers in ((), (3.0, 3.0)):
         with pytest.raises(ValueError, match="zip"):
             call(*numbers)
     with pytest.raises(TypeError, match="expected all arrays"):
-        compiled.prepared(*arrays[:-1])
+        compiled.prepared()
 
 
 @has_assembler

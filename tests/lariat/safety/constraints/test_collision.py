@@ -6,6 +6,7 @@ import pytest
 from lariat.geometry.obstacles import TABLE, Obstacle, signed_distance
 from lariat.safety.constraints.collision import EXACT_SLACK, CollisionConstraint
 from lariat.safety.constraints.obstacle_scene import ObstacleScene, bounding_radius
+from lariat.safety.constraints.slacks import first_broken
 
 KEEP_OUT = 0.005
 RADIUS = np.array([0.01])
@@ -69,3 +70,14 @@ def test_end_without_a_body_is_free() -> None:
     slacks = constraint(BALL, TABLE).slacks(np.zeros((2, 0, 3)), np.zeros(0))
     assert np.all(np.isinf(slacks["keep_out"]))
     assert np.all(np.isinf(slacks["table"]))
+
+
+def test_centres_that_are_not_finite_break_the_rules() -> None:
+    made = constraint(BALL, TABLE)
+    for centres in (
+        np.full((2, 3, 3), np.nan),
+        np.array([[[9.0, 0.0, 9.0]] * 3, [[np.nan] * 3] * 3]),
+    ):
+        slacks = made.slacks(centres, np.ones(3))
+        assert first_broken({"keep_out": slacks["keep_out"]}) is not None
+        assert first_broken({"table": slacks["table"]}) is not None

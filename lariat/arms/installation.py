@@ -1,8 +1,6 @@
-"""Installation of the arms of a scenario's cell: kinematics and limits of each end's arm."""
+"""Installation of the arms of a scenario's cell: kinematics of each end's arm."""
 
 from __future__ import annotations
-
-import numpy as np
 
 from lariat.arms.cr5_kinematics import Kinematics
 from lariat.arms.description import arm_description
@@ -26,13 +24,3 @@ def kinematics_of(scenario: Scenario, side: Side) -> UrdfKinematics | None:
     if described is None:
         return None
     return UrdfKinematics(described.urdf, described.flange, base_of(end), tool_of(end))
-
-
-def joint_speed_limit(scenario: Scenario, kinematics: UrdfKinematics) -> float:
-    """Return the limit on the speed of every joint of an arm [rad/s].
-
-    The scenario's, or that of its slowest joint where the URDF states a lower one.
-    """
-    slowest = float(np.min(kinematics.max_joint_speed))
-    speed = scenario.limits.joint_speed
-    return min(speed, slowest) if slowest > 0.0 else speed

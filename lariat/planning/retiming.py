@@ -53,7 +53,7 @@ class RetimingSettings:
     clearance_tolerance: float = 5e-4
     """Lack of clearance that is accepted [m]."""
     slower: float = 0.6
-    """Factor on the pace of a path along which a joint of an arm turns too fast."""
+    """Factor on the pace of a path along which a joint of an arm turns or speeds up too fast."""
     max_slower: int = 3
     """Largest number of times that such a path is slowed."""
 
@@ -90,7 +90,7 @@ def retime(
         return path
     fault = arm_fault(problem, path.positions, path.orientations, path.dt, link_margin)
     for _ in range(settings.max_slower):
-        if fault is None or fault.rule != "joint_speed":
+        if fault is None or fault.rule not in ("joint_speed", "joint_acceleration"):
             break
         problem = replace(problem, pace=settings.slower * problem.pace)
         path = _at_best_pace(problem, optimizer, candidate, settings)

@@ -19,6 +19,7 @@ ADVICE = {
     "overstretch": "Bring the grips together, or look whether the rope is caught.",
     "joint_limits": "Turn the grip or move the goal: a joint of the arm is at its end.",
     "joint_speed": "Go slower near this pose, or turn the grip: a joint would turn too fast.",
+    "joint_acceleration": "Go slower near this pose: a joint would speed up or brake too hard.",
     "singularity": "Turn the grip or move the goal: the arm is stretched out or folded.",
     "lost_link": "Check cable, power and address of the arm; it connects again by itself.",
 }

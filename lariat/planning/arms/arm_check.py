@@ -33,8 +33,9 @@ LINK_MARGIN = CHUNK_BOUNDARY_MARGIN + 0.004
 controller corrects the path while it follows it."""
 LEAST_LINK_MARGIN = CHUNK_BOUNDARY_MARGIN + 0.0005
 """The same along a path that was optimised for its links, and at the goal [m]."""
-JOINT_SPEED_SHARE = 0.75
-"""Share of the limit on the speed of a joint that a path uses [-]; the controller adds to it."""
+JOINT_SHARE = 0.75
+"""Share of the limits on speed and acceleration of a joint that a path uses [-]; the controller
+adds to it."""
 JOINT_RULES: tuple[Rule, ...] = ("joint_limits", "singularity")
 """Rules without a margin."""
 STEPS_TO_GOAL = 25
@@ -45,6 +46,7 @@ WORDS: dict[Rule, str] = {
     "table": "a link of the {side} arm goes {mm:.1f} mm below the table's limit",
     "joint_limits": "a joint of the {side} arm turns {rad:.2f} rad beyond its limit",
     "joint_speed": "a joint of the {side} arm turns {rad:.2f} rad/s too fast",
+    "joint_acceleration": "a joint of the {side} arm speeds up by {rad:.2f} rad/s² too much",
     "singularity": "the {side} arm is stretched out or singular",
     "spacing": "the two arms come {mm:.1f} mm too close to each other",
 }
@@ -60,7 +62,7 @@ class ArmFault:
     side: str
     """End of the arm."""
     amount: float
-    """By how much it is broken [m, rad or rad/s]."""
+    """By how much it is broken [m, rad, rad/s or rad/s^2]."""
 
     def __str__(self) -> str:
         return WORDS[self.rule].format(side=self.side, mm=1e3 * self.amount, rad=self.amount)
@@ -92,7 +94,7 @@ def arm_fault(
     solved = sorted({*range(0, last, SOLVED_STRIDE), last})
     bodies: dict[int, Spheres] = {}
     for end, arm in cell.arms.items():
-        joints = JointConstraints(arm.kinematics, JOINT_SPEED_SHARE * arm.joint_speed)
+        joints = JointConstraints(arm.kinematics, problem.limits, JOINT_SHARE, JOINT_SHARE)
         joints.set_joints(tuple(cell.joints[end]))
         found = joints.broken(
             positions[:, end], orientations[:, end], solved, collision, margin, dt

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.arms.installation import joint_speed_limit, kinematics_of
+from lariat.arms.installation import kinematics_of
 from lariat.arms.kinematics import Joints, UrdfKinematics
 from lariat.geometry.grippers import GripperBody, gripper_bodies
 from lariat.safety.constraints.sphere_distance import Spheres
@@ -21,8 +21,6 @@ class Arm:
 
     kinematics: UrdfKinematics
     """Its geometry."""
-    joint_speed: float
-    """Limit on the speed of every joint [rad/s]."""
     start: Joints
     """Joint angles at the scenario's start [rad]."""
 
@@ -49,8 +47,7 @@ class CellArms:
             kinematics = kinematics_of(scenario, side)
             joints = kinematics.solve_anywhere(start) if kinematics is not None else None
             if kinematics is not None and joints is not None:
-                speed = joint_speed_limit(scenario, kinematics)
-                arms[k] = Arm(kinematics, speed, joints)
+                arms[k] = Arm(kinematics, joints)
         if not arms:
             return None
         limits = scenario.limits

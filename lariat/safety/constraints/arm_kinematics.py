@@ -20,6 +20,8 @@ class ArmKinematics(Protocol):
 
     joint_range: Float64[np.ndarray, "2 j"]
     """Least and largest angle of each joint [rad]."""
+    max_joint_speed: Joints
+    """Largest speed of each joint that the arm is built for; 0 where none is stated [rad/s]."""
     base_spheres: SphereCover
     """Spheres that cover the parts that do not move."""
 

@@ -1,4 +1,4 @@
-"""Joint constraints of an arm: joint limits, joint speed, singularity, collision of its links.
+"""Joint constraints of an arm: range, speed and acceleration, singularity, collision of its links.
 
 The joints track the commanded grip on the arm's branch of the inverse kinematics. Paths of the grip
 are solved from there.
@@ -19,6 +19,7 @@ from lariat.safety.constraints.rule import Rule
 from lariat.safety.constraints.singularity import singularity_slack
 from lariat.safety.constraints.slacks import Slacks, first_broken
 from lariat.safety.constraints.sphere_distance import Spheres
+from lariat.scenario.sections import Limits
 
 LEAST_SOLVED_POSES = 8
 """Least number of poses of a chunk for which joints are solved, if it has as many."""
@@ -26,6 +27,9 @@ SAME_POSE_TOLERANCE = 1e-12
 """Difference in position and quaternion up to which two grip poses count as one [m, -]."""
 MAX_SOLVED_STRIDE = 0.025
 """Longest motion of a grip between two poses for which joints are solved [m]."""
+CHUNK_ACCELERATION_SHARE = 1.5
+"""Share of the limit on the acceleration of a joint that a chunk may use [-], as of that of a grip:
+it ends with a stop, which brakes as hard as the limits of the grips allow."""
 SURE_SHARE = 1.0 - 1e-9
 """Share of that below which rounding plays no part [-]."""
 
@@ -36,15 +40,28 @@ Path = Float64[np.ndarray, "m j"]
 class JointConstraints:
     """Constraints on the joints of one arm, which track the commanded grip."""
 
-    def __init__(self, kinematics: ArmKinematics, joint_speed: float) -> None:
+    def __init__(
+        self,
+        kinematics: ArmKinematics,
+        limits: Limits,
+        speed_share: float = 1.0,
+        acceleration_share: float = CHUNK_ACCELERATION_SHARE,
+    ) -> None:
         """Create the constraints of an arm whose joints are not known yet.
 
         Args:
             kinematics: Geometry of the arm.
-            joint_speed: Limit on the speed of every joint [rad/s].
+            limits: Limits of the cell. A lower speed of the arm's slowest joint counts instead.
+            speed_share: Share of the limit on the speed of a joint that may be used [-].
+            acceleration_share: The same of the limit on its acceleration [-].
         """
         self.kinematics = kinematics
-        self.joint_speed = joint_speed
+        slowest = float(np.min(kinematics.max_joint_speed))
+        speed = min(limits.joint_speed, slowest) if slowest > 0.0 else limits.joint_speed
+        self.joint_speed = speed_share * speed
+        """Largest speed of every joint [rad/s]."""
+        self.joint_acceleration = acceleration_share * limits.joint_acceleration
+        """Largest acceleration of every joint along a chunk or a planned path [rad/s^2]."""
         self.joints: Joints | None = None
         """Joints of the commanded grip; None until the arm has reported."""
         self._solved: tuple[Pose, Joints] | None = None
@@ -126,18 +143,20 @@ class JointConstraints:
             solved: Indices of the poses for which joints are solved.
             collision: Constraint on the distance of the links from obstacles.
             margin: Slack that the links keep from obstacles [m].
-            dt: Time between two poses, for the joint speeds [s]; None where the poses are not
-                evenly spaced in time.
+            dt: Time between two poses, for speeds and accelerations of the joints [s]; None where
+                the poses are not evenly spaced in time.
         """
         self.follow(positions[solved], orientations[solved])
-        joints = self._followed
-        if joints is not None and dt is not None:
-            rows = np.array(solved)
-            steps = (rows[1:] - rows[:-1]) * dt
-            rates = np.abs(joints[2:] - joints[1:-1]) / steps[:, None]
-            excess = float(rates.max(initial=0.0)) - self.joint_speed
+        if self._followed is not None and dt is not None:
+            durations = dt * np.diff(solved)[:, None]
+            rates = np.diff(self._followed[1:], axis=0) / durations
+            accelerations = 2.0 * np.diff(rates, axis=0) / (durations[1:] + durations[:-1])
+            excess = float(np.abs(rates).max(initial=0.0)) - self.joint_speed
             if excess > 0.0:
                 return "joint_speed", excess
+            excess = float(np.abs(accelerations).max(initial=0.0)) - self.joint_acceleration
+            if excess > 0.0:
+                return "joint_acceleration", excess
         return self.broken_on_path(collision, margin)
 
     def broken_on_path(

@@ -15,6 +15,7 @@ Rule = Literal[
     "table",
     "joint_limits",
     "joint_speed",
+    "joint_acceleration",
     "singularity",
     "speed",
     "acceleration",

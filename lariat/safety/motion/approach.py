@@ -16,7 +16,13 @@ from lariat.trajectory import SetpointChunk, Spline
 
 APPROACH_PACES = (1.0, 0.5, 0.25, 0.1)
 """Fractions of the approach speeds that are tried in turn where a cell's limits are lower [-]."""
-PACE_RULES: tuple[Rule, ...] = ("speed", "acceleration", "jerk", "joint_speed")
+PACE_RULES: tuple[Rule, ...] = (
+    "speed",
+    "acceleration",
+    "jerk",
+    "joint_speed",
+    "joint_acceleration",
+)
 """Rules that a slower approach may keep."""
 PEAK_OVER_MEAN_SPEED = 1.875
 """Greatest speed of the quintic from rest to rest over its mean speed [-]."""

@@ -13,6 +13,7 @@ from lariat.trajectory import NANOSECONDS, MotionLimits, MotionState, SetpointCh
 EXCESS_UNITS: dict[Rule, str] = {
     "joint_limits": "rad",
     "joint_speed": "rad/s",
+    "joint_acceleration": "rad/s²",
     "singularity": "m/rad",
 }
 """Units of the amount by which a rule is broken, where it is not metres."""

@@ -79,7 +79,7 @@ def _cr5(scenario: Scenario, side: Side, start: Pose, link: Link | None, emulato
     return Cr5Driver(
         link,
         kinematics,
-        scenario.limits.joint_speed,
+        scenario.limits,
         emulated=not end.address,
         tool_output=end.tool_output,
         settings=EnableSettings(end.load, end.load_center, end.collision_level),
@@ -115,7 +115,7 @@ def _joint_arm(scenario: Scenario, side: Side, start: Pose) -> Driver:
             f"reach of {urdf.name}; move base_position or turn the tool"
         )
     kinematics.compile()
-    joint_speed = scenario.limits.joint_speed
-    setup = ArmSetup(side, end.address, urdf, flange, joints, joint_speed)
+    limits = scenario.limits
+    setup = ArmSetup(side, end.address, urdf, flange, joints, limits.joint_speed)
     arm: Arm = named.create(("enable", "disable", "set_gripper", "step", "close"), setup)
-    return JointArmDriver(end.driver, arm, named, kinematics, joint_speed)
+    return JointArmDriver(end.driver, arm, named, kinematics, limits)

@@ -14,6 +14,7 @@ from lariat.geometry.poses import Pose
 from lariat.protocols.arm import Arm, ArmReading
 from lariat.safety.constraints.joints import JointConstraints
 from lariat.scenario.extensions import Extension, ExtensionFault
+from lariat.scenario.sections import Limits
 from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.drivers.driver import ArmFeedback
 
@@ -41,7 +42,7 @@ class JointArmDriver:
         arm: Arm,
         extension: Extension,
         kinematics: UrdfKinematics,
-        joint_speed: float,
+        limits: Limits,
     ) -> None:
         """Create the driver of an arm.
 
@@ -50,7 +51,7 @@ class JointArmDriver:
             arm: The arm.
             extension: Class of the arm, for faults.
             kinematics: The arm at its place in the cell.
-            joint_speed: Limit of every joint [rad/s].
+            limits: Limits of the cell.
         """
         facts = arm.facts
         self._arm, self._extension, self._kinematics = arm, extension, kinematics
@@ -59,10 +60,7 @@ class JointArmDriver:
         self.tracking_limit = facts.tracking_limit
         self._period = round(1.0 / facts.rate / NANOSECONDS)
         self._max_joint_step = JOINT_STEP_LIMIT * max(1.0, 125.0 / facts.rate)
-        slowest = float(np.min(kinematics.max_joint_speed))
-        self.joint_constraints: JointConstraints | None = JointConstraints(
-            kinematics, min(joint_speed, slowest) if slowest > 0.0 else joint_speed
-        )
+        self.joint_constraints: JointConstraints | None = JointConstraints(kinematics, limits)
         self._reading = ArmReading(None)
         self._velocities = np.zeros(kinematics.joint_count)
         self._stepped: int | None = None

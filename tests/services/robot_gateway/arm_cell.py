@@ -16,6 +16,7 @@ from lariat.safety.guard.consent import SignOfLife
 from lariat.safety.guard.force_limit import ForceLimit
 from lariat.safety.guard.operator_commands import OperatorCommand
 from lariat.safety.motion.follower import SetpointFollower
+from lariat.scenario.sections import Limits
 from lariat.trajectory import SetpointChunk
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import EmulatorOptions
@@ -64,7 +65,7 @@ class ArmWorld:
     def start_gateway(self, automatic: bool = False) -> None:
         """Start a gateway, which connects to the arm as it is."""
         kinematics = Kinematics(BASE, TOOL)
-        driver = Cr5Driver(MemoryLink(self.emulator), kinematics, joint_speed=1.6, emulated=True)
+        driver = Cr5Driver(MemoryLink(self.emulator), kinematics, Limits(), emulated=True)
         self.driver = driver
         bodies = gripper_bodies(0.048, 0.012)
         boundaries = CellBoundaries(3.0, ((-2.0, -2.0, 0.01), (2.0, 2.0, 2.0)), bodies)

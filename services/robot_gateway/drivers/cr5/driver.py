@@ -14,6 +14,7 @@ from jaxtyping import Float64
 from lariat.arms.cr5_kinematics import Kinematics
 from lariat.geometry.poses import Pose
 from lariat.safety.constraints.joints import JointConstraints
+from lariat.scenario.sections import Limits
 from services.robot_gateway.drivers.cr5.client import Cr5Client
 from services.robot_gateway.drivers.cr5.contact_force import ContactForce
 from services.robot_gateway.drivers.cr5.link import Link
@@ -49,7 +50,7 @@ class Cr5Driver:
         self,
         link: Link,
         kinematics: Kinematics,
-        joint_speed: float,
+        limits: Limits,
         emulated: bool,
         tool_output: int = 1,
         settings: EnableSettings | None = None,
@@ -59,13 +60,13 @@ class Cr5Driver:
         Args:
             link: Access to the arm's ports.
             kinematics: The arm at its place in the cell.
-            joint_speed: Limit of every joint [rad/s].
+            limits: Limits of the cell.
             emulated: Whether the arm is an emulator, which can be placed at a pose.
             tool_output: Tool output that closes the gripper.
             settings: Settings to apply when the arm is enabled.
         """
         self._emulated = emulated
-        self.joint_constraints: JointConstraints | None = JointConstraints(kinematics, joint_speed)
+        self.joint_constraints: JointConstraints | None = JointConstraints(kinematics, limits)
         self._kinematics = kinematics
         self._client = Cr5Client(link, settings)
         self._tool_output = tool_output

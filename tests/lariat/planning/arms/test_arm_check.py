@@ -46,6 +46,17 @@ def test_a_joint_that_turns_too_fast_is_a_fault(free: Problem, usual: WholePath)
     assert fault.rule == "joint_speed"
 
 
+def test_a_plan_slows_down_until_the_joints_keep_their_acceleration(free: Problem):
+    limited = replace(free, limits=replace(free.limits, joint_acceleration=0.5))
+    fast, slow = plan(free), plan(limited)
+    fault = fault_of(limited, fast)
+    assert fault is not None
+    assert fault.rule == "joint_acceleration"
+    assert slow.reached, slow.reason
+    assert fault_of(limited, slow) is None
+    assert len(slow.positions) > len(fast.positions)
+
+
 def test_a_way_beyond_the_reach_of_an_arm_is_a_fault(free: Problem, usual: WholePath):
     away = np.linspace(0.0, 1.0, len(usual.positions))[:, None, None] * [[0.0, 0.0, 0.9]]
     fault = arm_fault(free, usual.positions + away, usual.orientations, usual.dt)

@@ -15,15 +15,16 @@ from lariat.safety.constraints.joints import (
 )
 from lariat.safety.constraints.obstacle_scene import ObstacleScene
 from lariat.safety.constraints.singularity import MIN_SINGULAR_VALUE, singularity_slack
+from lariat.scenario.sections import Limits
 from tests.lariat.safety.constraints.planar_arm import PlanarArm
 
 ARM = PlanarArm()
-SPEED = 1.0
+LIMITS = Limits(joint_speed=1.0, joint_acceleration=5.0)
 FREE = CollisionConstraint(0.005)
 
 
 def constraints(joints: tuple[float, float] = (0.0, 1.2)) -> JointConstraints:
-    made = JointConstraints(ARM, SPEED)
+    made = JointConstraints(ARM, LIMITS)
     made.set_joints(joints)
     return made
 
@@ -65,7 +66,7 @@ def test_a_pose_is_solved_once_until_the_arm_reports_other_joints() -> None:
             return super().solve(grip, near)
 
     arm = CountingArm()
-    made = JointConstraints(arm, SPEED)
+    made = JointConstraints(arm, LIMITS)
     made.set_joints((0.0, 1.2))
     grip, still = ARM.grip(np.array([0.1, 1.3])), np.zeros((2, 3))
     assert not made.too_fast(grip, still)
@@ -92,6 +93,12 @@ def test_joint_speed_of_a_chunk_is_bounded(step: float, rule: str) -> None:
     assert broken(path, dt=0.02) == rule
 
 
+@pytest.mark.parametrize(("change", "rule"), [(0.0029, ""), (0.0031, "joint_acceleration")])
+def test_joint_acceleration_of_a_chunk_is_bounded(change: float, rule: str) -> None:
+    path = [(0.0, 1.2), (0.01, 1.2), (0.02 + change, 1.2)]
+    assert broken(path, dt=0.02) == rule
+
+
 def test_joint_speed_is_not_taken_from_poses_that_are_not_even_in_time() -> None:
     assert broken([(0.0, 1.2), (0.5, 1.2)], dt=None) == ""
 
@@ -99,7 +106,7 @@ def test_joint_speed_is_not_taken_from_poses_that_are_not_even_in_time() -> None
 @pytest.mark.parametrize("share", [0.99, 1.01], ids=["kept", "broken"])
 def test_twist_of_the_grip_is_too_fast_where_a_joint_is(share: float) -> None:
     made = constraints()
-    turning = ARM.jacobian(np.array([0.0, 1.2])) @ np.array([share * SPEED, 0.0])
+    turning = ARM.jacobian(np.array([0.0, 1.2])) @ np.array([share * LIMITS.joint_speed, 0.0])
     twist = np.array([[*turning, 0.0], [0.0, 0.0, 0.0]])
     assert made.too_fast(ARM.grip(np.array([0.0, 1.2])), twist) is (share > 1.0)
 
@@ -134,7 +141,7 @@ def test_link_keeps_its_distance_from_an_obstacle_that_the_grip_does_not_meet() 
 
 
 def test_arm_that_has_not_been_heard_is_a_lost_link() -> None:
-    made = JointConstraints(ARM, SPEED)
+    made = JointConstraints(ARM, LIMITS)
     still = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]])
     assert made.broken(*still, [0], FREE, 0.0) == ("lost_link", 0.0)
     assert made.too_fast(ARM.grip(np.array([0.0, 1.2])), np.zeros((2, 3)))

@@ -11,7 +11,7 @@ from lariat.arms.kinematics import UrdfKinematics
 from lariat.geometry.poses import Pose
 from lariat.protocols import ArmFacts, ArmReading, ArmSetup
 from lariat.scenario.extensions import Extension
-from lariat.scenario.sections import DRIVERS
+from lariat.scenario.sections import DRIVERS, Limits
 from services.robot_gateway.drivers.driver import ArmFeedback
 from services.robot_gateway.drivers.joint_arm import JointArmDriver
 from tests.own_method_examples import write_examples
@@ -68,7 +68,7 @@ class World:
         self.arm = Scripted(joints)
         name = Extension("ends.right.driver", "mine:Arm", DRIVERS)
         self.driver = JointArmDriver(
-            "mine:Arm", self.arm if arm is None else arm, name, kinematics, 1.6
+            "mine:Arm", self.arm if arm is None else arm, name, kinematics, Limits()
         )
 
     def step(self, target: Pose | None = None) -> ArmFeedback:

@@ -33,9 +33,8 @@ LINK_MARGIN = CHUNK_BOUNDARY_MARGIN + 0.004
 controller corrects the path while it follows it."""
 LEAST_LINK_MARGIN = CHUNK_BOUNDARY_MARGIN + 0.0005
 """The same along a path that was optimised for its links, and at the goal [m]."""
-JOINT_SHARE = 0.75
-"""Share of the limits on speed and acceleration of a joint that a path uses [-]; the controller
-adds to it."""
+JOINT_SPEED_SHARE = 0.75
+"""Share of the limit on the speed of a joint that a path uses [-]; the controller adds to it."""
 JOINT_RULES: tuple[Rule, ...] = ("joint_limits", "singularity")
 """Rules without a margin."""
 STEPS_TO_GOAL = 25
@@ -94,7 +93,7 @@ def arm_fault(
     solved = sorted({*range(0, last, SOLVED_STRIDE), last})
     bodies: dict[int, Spheres] = {}
     for end, arm in cell.arms.items():
-        joints = JointConstraints(arm.kinematics, problem.limits, JOINT_SHARE, JOINT_SHARE)
+        joints = JointConstraints(arm.kinematics, problem.limits, JOINT_SPEED_SHARE, 1.0)
         joints.set_joints(tuple(cell.joints[end]))
         found = joints.broken(
             positions[:, end], orientations[:, end], solved, collision, margin, dt

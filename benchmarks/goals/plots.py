@@ -74,30 +74,11 @@ def plot_summary(groups: dict[str, Sequence[Trial]], path: Path) -> None:
 
 
 def _outline(axis: Axes, obstacle: Obstacle, first: int, second: int) -> None:
-    """Draw the projection of an obstacle: the hull of points on its surface."""
-    half = obstacle.height / 2.0
-    angle = np.linspace(0.0, 2.0 * np.pi, 25)
-    ring = obstacle.radius * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
-    match obstacle.shape:
-        case "half_space":
-            return
-        case "box":
-            corners = np.stack(np.meshgrid(*[[-0.5, 0.5]] * 3), axis=-1).reshape(-1, 3)
-            points = corners * np.array(obstacle.size)
-        case "cylinder":
-            points = np.concatenate([ring + _up(z) for z in (-half, half)])
-        case _:
-            rings = [ring * c + _up(obstacle.radius * s) for c, s in _latitudes()]
-            points = np.concatenate([b + _up(z) for b in rings for z in (-half, half)])
+    """Draw the projection of an obstacle: the hull of the corners of its surface."""
+    if obstacle.shape == "half_space":
+        return
+    points = obstacle.row.mesh(obstacle.packed_sizes).points
     world = poses.rotate(np.array(obstacle.orientation), points) + np.array(obstacle.position)
     flat = world[:, (first, second)]
     hull = cv2.convexHull(flat.astype(np.float32))[:, 0]
     axis.fill(*hull.T, color="tab:blue", alpha=0.25)
-
-
-def _up(height: float) -> np.ndarray:
-    return np.array([0.0, 0.0, height])
-
-
-def _latitudes() -> list[tuple[float, float]]:
-    return [(float(np.cos(a)), float(np.sin(a))) for a in np.linspace(-np.pi / 2, np.pi / 2, 9)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import viser
@@ -14,14 +15,13 @@ from dashboard.action_queue import ActionQueue
 from dashboard.outbox import Notification, Outbox
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import Scenario
+from lariat.shapes import SHAPES, SolidName
 from shared.messages import SceneRequest, obstacle_message
 
 NO_SELECTION = "–"
 """Entry of the drop-down list while no obstacle is selected."""
-SHAPES = ("cylinder", "box", "sphere", "capsule")
+SOLIDS: tuple[SolidName, ...] = get_args(SolidName)
 """Shapes that can be added; half spaces (walls) belong in the scenario."""
-MIN_CAPSULE_HEIGHT = 1e-3
-"""Least distance between the centres of a new capsule's caps [m]."""
 DUPLICATE_GAP = 0.02
 """Gap between an obstacle and its copy [m]."""
 MAX_UNDONE = 50
@@ -121,7 +121,7 @@ class ObstacleEditor:
         )
         self._undo.on_click(lambda _: actions.put(self._request_undo))
         with gui.add_folder("New obstacle", expand_by_default=False):
-            self._new_shape = gui.add_dropdown("Shape", SHAPES)
+            self._new_shape = gui.add_dropdown("Shape", SOLIDS)
             self._new_size = gui.add_vector3(
                 "Size [mm]",
                 (60.0, 60.0, 100.0),
@@ -246,22 +246,14 @@ def duplicate(obstacle: Obstacle, names: Collection[str]) -> Obstacle:
     """Return a copy of an obstacle beside it along y, under a free name."""
     base = obstacle.name.partition("-copy-")[0]
     name = next(c for k in range(1, len(names) + 2) if (c := f"{base}-copy-{k}") not in names)
-    width = obstacle.size[1] if obstacle.shape == "box" else 2.0 * obstacle.radius
+    width = extents(obstacle)[1]
     x, y, z = obstacle.position
     return replace(obstacle, name=name, position=(x, y - DUPLICATE_GAP - width, z))
 
 
 def extents(obstacle: Obstacle) -> Float64[np.ndarray, "3"]:
     """Return the extents of an obstacle along its x, y and z [m], as `new_obstacle` takes them."""
-    width = 2.0 * obstacle.radius
-    match obstacle.shape:
-        case "box":
-            return np.array(obstacle.size)
-        case "cylinder":
-            return np.array([width, width, obstacle.height])
-        case "capsule":
-            return np.array([width, width, obstacle.height + width])
-    return np.array([width, width, width])
+    return 2.0 * obstacle.row.support(obstacle.packed_sizes, np.eye(3))
 
 
 def new_obstacle(
@@ -273,31 +265,18 @@ def new_obstacle(
     """Create an obstacle that fills a box as well as its shape can, under a free name.
 
     Args:
-        shape: One of `SHAPES`.
+        shape: One of `SOLIDS`.
         size: Extents of the box along x, y and z [m].
         position: Centre [m].
         names: Names that are taken.
 
     Raises:
-        ValueError: The shape is not one of `SHAPES`.
+        ValueError: The shape is not one of `SOLIDS`.
     """
     candidates = (f"{shape}-new-{k}" for k in range(1, len(names) + 2))
     name = next(c for c in candidates if c not in names)
-    x, y, z = (float(s) for s in size)
-    match shape:
-        case "box":
-            return Obstacle("box", position, size=(x, y, z), name=name)
-        case "sphere":
-            return Obstacle("sphere", position, radius=x / 2.0, name=name)
-        case "cylinder":
-            return Obstacle("cylinder", position, radius=x / 2.0, height=z, name=name)
-        case "capsule":
-            # The height of a capsule is the distance between the centres of its caps.
-            return Obstacle(
-                "capsule",
-                position,
-                radius=x / 2.0,
-                height=max(z - x, MIN_CAPSULE_HEIGHT),
-                name=name,
-            )
-    raise ValueError(f"shape must be one of {SHAPES}, got {shape!r}")
+    if shape not in SOLIDS:
+        raise ValueError(f"shape must be one of {SOLIDS}, got {shape!r}")
+    row = SHAPES[shape]
+    fields = row.unpack(row.filling(*(float(s) for s in size)))
+    return Obstacle(shape, position, name=name, **fields)

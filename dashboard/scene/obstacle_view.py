@@ -9,7 +9,6 @@ import numpy as np
 import viser
 
 from dashboard import palette
-from dashboard.scene import meshes
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 
@@ -78,22 +77,15 @@ class ObstacleView:
             # Seen through, so that it hides nothing of the scene.
             color = palette.REGION
             place |= {"wireframe": True, "cast_shadow": False}
-        if obstacle.shape == "box":
-            body = self._scene.add_box(path, color=color, dimensions=obstacle.size, **place)
-        else:
-            mesh = (
-                meshes.cylinder(obstacle.radius, obstacle.height)
-                if obstacle.shape == "cylinder"
-                else meshes.capsule(obstacle.radius, obstacle.height)
-            )
-            body = self._scene.add_mesh_simple(path, *mesh, color=color, **place)
+        mesh = obstacle.row.mesh(obstacle.packed_sizes, sides=40)
+        body = self._scene.add_mesh_simple(path, mesh.points, mesh.triangles, color=color, **place)
         name = obstacle.name
         if not obstacle.keep_in:
             body.on_click(lambda _: self._on_click(name))
         label = self._scene.add_label(
             f"/labels/{name}",
             name,
-            position=np.add(obstacle.position, (0.0, 0.0, top_height(obstacle) + LABEL_GAP)),
+            position=np.add(obstacle.position, (0.0, 0.0, obstacle.top + LABEL_GAP)),
             font_screen_scale=0.8,
             anchor="bottom-center",
             visible=self._names_visible,
@@ -118,16 +110,3 @@ class ObstacleView:
             position=obstacle.position,
             wxyz=poses.rotation_between(np.array([0.0, 0.0, 1.0]), normal),
         )
-
-
-def top_height(obstacle: Obstacle) -> float:
-    """Height of the highest point of a bounded obstacle above its centre [m]."""
-    up = poses.rotate(poses.conjugate(np.array(obstacle.orientation)), np.array([0.0, 0.0, 1.0]))
-    axial, radial = abs(up[2]), np.hypot(up[0], up[1])
-    match obstacle.shape:
-        case "box":
-            return float(np.abs(up) @ np.array(obstacle.size)) / 2.0
-        case "cylinder":
-            return float(axial * obstacle.height / 2.0 + radial * obstacle.radius)
-        case _:
-            return float(axial * obstacle.height / 2.0 + obstacle.radius)

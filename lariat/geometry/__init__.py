@@ -14,12 +14,11 @@ from lariat.geometry.grippers import (
     swept_gripper_points,
 )
 from lariat.geometry.near_pairs import NearPairs, near_pairs
-from lariat.geometry.normals import outward_normals
 from lariat.geometry.obstacles import (
     TABLE,
     Obstacle,
-    Shape,
     chain_clearance,
+    outward_normals,
     pack,
     scene_distance,
     segment_distance,
@@ -36,7 +35,6 @@ __all__ = [
     "NearPairs",
     "Obstacle",
     "Pose",
-    "Shape",
     "axis_clearance",
     "axis_spacing",
     "chain_clearance",

@@ -22,20 +22,12 @@ PLATE_MARGIN_CELLS = 1
 
 def marker_pose(obstacle: Obstacle) -> Pose:
     """Return the pose of the marker on an upright obstacle: flat, centred on its upper face."""
-    up = np.array([0.0, 0.0, top_height(obstacle)])
+    up = np.array([0.0, 0.0, upper_face(obstacle)])
     return Pose(np.array(obstacle.position) + up, np.array(obstacle.orientation))
 
 
-def top_height(obstacle: Obstacle) -> float:
+def upper_face(obstacle: Obstacle) -> float:
     """Return the height of an upright obstacle's upper face above its centre [m]."""
-    match obstacle.shape:
-        case "cylinder":
-            return obstacle.height / 2.0
-        case "capsule":
-            return obstacle.height / 2.0 + obstacle.radius
-        case "sphere":
-            return obstacle.radius
-        case "box":
-            return obstacle.size[2] / 2.0
-        case "half_space":
-            return 0.0
+    if obstacle.shape == "half_space":
+        return 0.0
+    return float(obstacle.row.support(obstacle.packed_sizes, np.array([0.0, 0.0, 1.0])))

@@ -8,8 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from lariat.geometry.normals import outward_normals
-from lariat.geometry.obstacles import Obstacle, bounding_box, out_of_reach, signed_distance
+from lariat.geometry.obstacles import (
+    Obstacle,
+    bounding_box,
+    out_of_reach,
+    outward_normals,
+    signed_distance,
+)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import numpy as np
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
+from lariat.shapes import SHAPES
 
 MAX_OBSTACLES = 256
 """Largest number of obstacles of a scene; their distances must fit a tick of the gateway."""
@@ -19,14 +20,6 @@ MIN_VECTOR_LENGTH = 1e-6
 """Length below which a quaternion or a normal is rejected as zero [-]."""
 UNIT_QUATERNION_TOLERANCE = 1e-3
 """Largest accepted deviation of a quaternion's norm from one [-]."""
-REQUIRED_SIZES = {
-    "cylinder": ("radius", "height"),
-    "capsule": ("radius", "height"),
-    "sphere": ("radius",),
-    "box": ("size",),
-    "half_space": (),
-}
-"""Fields that must be positive, for each shape."""
 
 
 def check_obstacle(o: Obstacle) -> None:
@@ -37,10 +30,8 @@ def check_obstacle(o: Obstacle) -> None:
     """
     if not o.name:
         raise ValueError("an obstacle needs a name; give one")
-    if o.shape not in REQUIRED_SIZES:
-        raise ValueError(
-            f"{o.name!r} has shape {o.shape!r}; use one of {', '.join(REQUIRED_SIZES)}"
-        )
+    if o.shape not in SHAPES:
+        raise ValueError(f"{o.name!r} has shape {o.shape!r}; use one of {', '.join(SHAPES)}")
     numbers = (*o.position, *o.orientation, *o.size, *o.normal, o.radius, o.height)
     if not all(map(math.isfinite, numbers)):
         raise ValueError(f"{o.name!r} holds a number that is not finite")
@@ -49,7 +40,7 @@ def check_obstacle(o: Obstacle) -> None:
             f"{o.name!r} is at {list(o.position)} m, more than {MAX_COORDINATE} m away; "
             "positions are in metres"
         )
-    for key in REQUIRED_SIZES[o.shape]:
+    for key in SHAPES[o.shape].fields:
         value = getattr(o, key)
         sizes = value if isinstance(value, tuple) else (value,)
         if min(sizes) <= 0.0 or max(sizes) > MAX_SIZE:

@@ -13,16 +13,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-
-Shape = Literal["cylinder", "box", "sphere", "capsule", "half_space"]
-SHAPES: tuple[Shape, ...] = get_args(Shape)
-"""All shapes; the place of a shape is its index in packed obstacles."""
+from lariat.shapes import SHAPES, BodyShape, ShapeCode, ShapeName
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 """Orientation of a body that is not rotated."""
@@ -36,7 +32,7 @@ SUPPORT_COLUMN = 11
 class Obstacle:
     """Convex body."""
 
-    shape: Shape
+    shape: ShapeName
     """Kind of the body."""
     position: tuple[float, float, float]
     """Centre, or a point of the plane for a half space [m]."""
@@ -58,22 +54,55 @@ class Obstacle:
     name: str = ""
     """Name, unique in a scene."""
 
+    @property
+    def row(self) -> BodyShape:
+        """Row of the table of shapes."""
+        return SHAPES[self.shape]
+
+    @cached_property
+    def packed_sizes(self) -> Float64[np.ndarray, "3"]:
+        """Sizes as the table of shapes takes them [m]."""
+        return np.array(self.row.pack(self))
+
     @cached_property
     def extents(self) -> tuple[float, float, float]:
         """Half extents along the world axes of a box around `position` that holds the body,
         infinite where none does [m]."""
-        if self.keep_in or self.shape == "half_space":
+        if self.keep_in:
             return (math.inf, math.inf, math.inf)
-        a, b, c = poses.matrix(np.array(self.orientation)).tolist()
-        return self._half_extent(*a), self._half_extent(*b), self._half_extent(*c)
+        x, y, z = np.maximum(self.support_along(np.eye(3)), self.support_along(-np.eye(3)))
+        return float(x), float(y), float(z)
 
-    def _half_extent(self, x: float, y: float, z: float) -> float:
-        """Half extent along a world axis, given in the local frame [m]."""
-        if self.shape == "box":
-            length, width, height = self.size
-            return (abs(x) * length + abs(y) * width + abs(z) * height) / 2.0
-        across = math.hypot(x, y) if self.shape == "cylinder" else 1.0
-        return across * self.radius + abs(z) * self.height / 2.0
+    def support_along(self, directions: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b"]:
+        """Return how far the body extends from `position` along directions of the world [m]."""
+        turned = poses.rotate(poses.conjugate(np.array(self.orientation)), directions)
+        return self.row.support(self.packed_sizes, turned)
+
+    @cached_property
+    def top(self) -> float:
+        """Height of the highest point above `position` [m]."""
+        return float(self.support_along(np.array([0.0, 0.0, 1.0])))
+
+    @property
+    def bounding_radius(self) -> float:
+        """Radius of the sphere about `position` that contains the body [m]."""
+        return float(self.row.bounding_radius(self.packed_sizes))
+
+    @property
+    def thickness(self) -> float:
+        """Least extent along any direction, infinite for a region to keep in [m]."""
+        return math.inf if self.keep_in else float(self.row.thickness(self.packed_sizes))
+
+    def with_sizes(self, packed: Float64[np.ndarray, "3"]) -> Obstacle:
+        """Return the same body with other sizes, as the table of shapes gives them [m]."""
+        return replace(self, **self.row.unpack(packed))
+
+    def local(self, points: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b 3"]:
+        """Return points of the world in the frame of the body [m]."""
+        local = np.asarray(points, float) - np.array(self.position)
+        if self.orientation != IDENTITY:
+            local = poses.rotate(poses.conjugate(np.array(self.orientation)), local)
+        return local
 
     def moved(
         self,
@@ -120,37 +149,25 @@ def signed_distance(
 
     From a region to keep in, it is negative outside.
     """
-    distance = _body_distance(points, obstacle)
+    distance = obstacle.row.distance(obstacle.packed_sizes, obstacle.local(points))
     return -distance if obstacle.keep_in else distance
 
 
-def _body_distance(
-    points: Float64[np.ndarray, "*b 3"], obstacle: Obstacle
-) -> Float64[np.ndarray, "*b"]:
-    """Return the distance of points from the surface of a convex body, negative inside [m]."""
-    local = np.asarray(points, float) - np.array(obstacle.position)
-    if obstacle.orientation != IDENTITY:
-        local = poses.rotate(poses.conjugate(np.array(obstacle.orientation)), local)
-    match obstacle.shape:
-        case "sphere":
-            return np.linalg.norm(local, axis=-1) - obstacle.radius
-        case "half_space":
-            return local @ poses.normalized(np.array(obstacle.normal))
-        case "capsule":
-            half = obstacle.height / 2.0
-            axis = np.zeros_like(local)
-            axis[..., 2] = np.clip(local[..., 2], -half, half)
-            return np.linalg.norm(local - axis, axis=-1) - obstacle.radius
-        case "cylinder":
-            radial = np.hypot(local[..., 0], local[..., 1]) - obstacle.radius
-            axial = np.abs(local[..., 2]) - obstacle.height / 2.0
-            beside, beyond = np.maximum(radial, 0.0), np.maximum(axial, 0.0)
-            outside = np.sqrt(beside * beside + beyond * beyond)
-            return outside + np.minimum(np.maximum(radial, axial), 0.0)
-        case "box":
-            excess = np.abs(local) - np.array(obstacle.size) / 2.0
-    outside = np.linalg.norm(np.maximum(excess, 0.0), axis=-1)
-    return outside + np.minimum(np.max(excess, axis=-1), 0.0)
+def outward_normals(
+    points: Float64[np.ndarray, "p 3"], obstacle: Obstacle
+) -> Float64[np.ndarray, "p 3"]:
+    """Return the gradient of `signed_distance` at points: unit vectors away from the obstacle.
+
+    Those of a region to keep in point into it.
+
+    On edges, axes and centres, where the gradient is not unique, it is one of the limits nearby.
+
+    Args:
+        points: Points in the world frame [m].
+        obstacle: One obstacle.
+    """
+    gradient = obstacle.row.gradient(obstacle.packed_sizes, obstacle.local(points))
+    return poses.rotate(np.array(obstacle.orientation), -gradient if obstacle.keep_in else gradient)
 
 
 def bounding_box(
@@ -269,8 +286,8 @@ def pack_supports(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"] 
 def pack(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"]:
     """Return one row per obstacle for compiled kernels, columns as in `PACKED_WIDTH`.
 
-    The three sizes are (radius, half height, 0) of cylinders, capsules and spheres, the half
-    extents of a box and the unit normal of a half space.
+    The three sizes are those of the table of shapes: half extents, or radius and half height, or a
+    normal.
 
     Raises:
         ValueError: An obstacle is a region to keep in, which the kernels do not know.
@@ -280,13 +297,7 @@ def pack(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"]:
             raise ValueError(f"{o.name!r} is a region to keep in, no body that a rod can touch")
     rows = np.zeros((len(obstacles), PACKED_WIDTH))
     for row, o in zip(rows, obstacles, strict=True):
-        row[0] = SHAPES.index(o.shape)
-        row[1:4], row[4:8] = o.position, o.orientation
-        if o.shape == "box":
-            row[8:11] = np.array(o.size) / 2.0
-        elif o.shape == "half_space":
-            row[8:11] = poses.normalized(np.array(o.normal))
-        else:
-            row[8:11] = o.radius, o.height / 2.0, 0.0
+        row[0] = ShapeCode[o.shape.upper()]
+        row[1:4], row[4:8], row[8:11] = o.position, o.orientation, o.packed_sizes
         row[SUPPORT_COLUMN] = o.support
     return rows

@@ -17,24 +17,6 @@ MIN_SWEEP_STEP = 5e-4
 """Motion of a node below which no shapes are inserted, however thin a body is [m]."""
 
 
-def thickness(obstacle: Obstacle) -> float:
-    """Return the least extent of a body along any direction [m].
-
-    It is infinite for a half space, and for the outside of a region to keep in.
-    """
-    if obstacle.keep_in:
-        return np.inf
-    match obstacle.shape:
-        case "half_space":
-            return np.inf
-        case "box":
-            return min(obstacle.size)
-        case "cylinder":
-            return min(2.0 * obstacle.radius, obstacle.height)
-        case _:
-            return 2.0 * obstacle.radius
-
-
 def sweep_step(radius: float, obstacles: Sequence[Obstacle]) -> float:
     """Return how far a node may move from shape to shape without jumping over a body [m].
 
@@ -42,7 +24,7 @@ def sweep_step(radius: float, obstacles: Sequence[Obstacle]) -> float:
         radius: Radius of the chain [m].
         obstacles: Obstacles of the scene.
     """
-    thinnest = min((thickness(o) for o in obstacles), default=np.inf)
+    thinnest = min((o.thickness for o in obstacles), default=np.inf)
     return max(min(2.0 * radius, thinnest), MIN_SWEEP_STEP)
 
 

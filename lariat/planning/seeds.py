@@ -188,16 +188,5 @@ def _is_wide(obstacle: Obstacle, points: Float64[np.ndarray, "p 3"]) -> bool:
 
 def _extent(obstacle: Obstacle, axis: int) -> tuple[float, float]:
     """Lowest and highest coordinate of an obstacle along a world axis [m]."""
-    local = np.abs(poses.rotate(poses.conjugate(np.array(obstacle.orientation)), np.eye(3)[axis]))
-    match obstacle.shape:
-        case "box":
-            half = float(local @ np.array(obstacle.size)) / 2.0
-        case "sphere":
-            half = obstacle.radius
-        case "capsule":
-            half = obstacle.radius + local[2] * obstacle.height / 2.0
-        case _:
-            across = float(np.hypot(local[0], local[1]))
-            half = obstacle.radius * across + local[2] * obstacle.height / 2.0
-    centre = obstacle.position[axis]
+    centre, half = obstacle.position[axis], obstacle.extents[axis]
     return centre - half, centre + half

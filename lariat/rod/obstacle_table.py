@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.geometry.obstacles import PACKED_WIDTH, SHAPES, SUPPORT_COLUMN, Obstacle
+from lariat.geometry.obstacles import PACKED_WIDTH, SUPPORT_COLUMN, Obstacle
 from lariat.rod.launch.layout import OBSTACLE_WIDTH
+from lariat.shapes import SHAPES, BodyShape, ShapeName
 
 HALF_SPACE_BOUNDING_RADIUS = 1e12
 """Bounding radius that stands for that of a half space, which is unbounded [m]."""
@@ -43,17 +43,8 @@ def _rows(shape: tuple[int, ...], content: bytes) -> Float64[np.ndarray, "m 17"]
     for row, source in zip(rows, packed, strict=True):
         row[4:13] = poses.matrix(source[4:8]).ravel()
         row[13:16] = source[8:11]
-        match SHAPES[int(source[0])]:
-            case "half_space":
-                row[16] = HALF_SPACE_BOUNDING_RADIUS
-            case "sphere":
-                row[16] = source[8]
-            case "capsule":
-                row[16] = source[8] + source[9]
-            case "cylinder":
-                row[16] = np.hypot(source[8], source[9])
-            case "box":
-                row[16] = np.linalg.norm(source[8:11])
+        radius = _shape(source[0])[1].bounding_radius(source[8:11])
+        row[16] = min(float(radius), HALF_SPACE_BOUNDING_RADIUS)
     rows.setflags(write=False)
     return rows
 
@@ -62,14 +53,13 @@ def unpack(packed: Float64[np.ndarray, "m 12"]) -> list[Obstacle]:
     """Return the obstacles that `lariat.geometry.pack` packed, without their names."""
     found = []
     for row in np.asarray(packed, float):
-        shape = SHAPES[int(row[0])]
-        body = Obstacle(shape, tuple(row[1:4]), tuple(row[4:8]), support=bool(row[SUPPORT_COLUMN]))
-        match shape:
-            case "box":
-                body = replace(body, size=tuple(2.0 * row[8:11]))
-            case "half_space":
-                body = replace(body, normal=tuple(row[8:11]))
-            case _:
-                body = replace(body, radius=float(row[8]), height=float(2.0 * row[9]))
-        found.append(body)
+        name, shape = _shape(row[0])
+        place = tuple(row[1:4]), tuple(row[4:8])
+        support = bool(row[SUPPORT_COLUMN])
+        found.append(Obstacle(name, *place, support=support, **shape.unpack(row[8:11])))
     return found
+
+
+def _shape(code: float) -> tuple[ShapeName, BodyShape]:
+    """Name and row of the shape with a code."""
+    return list(SHAPES.items())[int(code)]

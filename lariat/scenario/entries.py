@@ -21,12 +21,9 @@ def obstacle_entry(body: Obstacle) -> dict[str, Any]:
         "orientation": numbers(body.orientation),
         "support": body.support,
     }
-    if body.shape in ("cylinder", "capsule"):
-        table["height"] = round(float(body.height), DIGITS)
-    if body.shape in ("cylinder", "capsule", "sphere"):
-        table["radius"] = round(float(body.radius), DIGITS)
-    if body.shape == "box":
-        table["size"] = numbers(body.size)
+    for key in body.row.fields:
+        value = getattr(body, key)
+        table[key] = numbers(value) if key == "size" else round(float(value), DIGITS)
     if body.shape == "half_space":
         table["normal"] = numbers(body.normal)
     return table

@@ -15,6 +15,7 @@ from lariat.geometry import obstacle_motion
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.poses import Pose
 from lariat.scenario.sections import goal as scenario_goal
+from lariat.shapes import SHAPES
 from lariat.trajectory import NANOSECONDS
 from shared.messages.arm_pb2 import (
     ArmCommand,
@@ -247,9 +248,9 @@ def scene_obstacles(scene: Scene) -> tuple[geometry.Obstacle, ...]:
 
 
 def _obstacle(message: Obstacle) -> geometry.Obstacle:
-    if message.shape not in geometry.SHAPES:
+    if message.shape not in SHAPES:
         raise ValueError(
-            f"obstacle {message.name!r} has shape {message.shape!r}; use one of {geometry.SHAPES}"
+            f"obstacle {message.name!r} has shape {message.shape!r}; use one of {', '.join(SHAPES)}"
         )
     lengths = {"position": 3, "orientation": 4, "size": 3, "normal": 3}
     values = {}

@@ -15,7 +15,7 @@ from jaxtyping import UInt16
 
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Picture
-from lariat.geometry.markers import top_height
+from lariat.geometry.markers import upper_face
 from lariat.geometry.obstacles import Obstacle
 from lariat.perception.markers.marker_detection import MarkerDetection, MarkerDetector, mask_markers
 from lariat.perception.markers.marker_pose import MarkerPoseFilter, locate_marker
@@ -127,7 +127,7 @@ class MarkerObstacles:
             if start is None or current is None:
                 continue
             height = current.position[2]
-            found = locate_marker(detection, camera, height + top_height(current))
+            found = locate_marker(detection, camera, height + upper_face(current))
             if found is None or found.residual > s.max_residual_ratio * found.side:
                 continue
             steady = self._filters[detection.identity].add(found)

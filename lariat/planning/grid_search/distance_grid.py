@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.geometry import poses
-from lariat.geometry.obstacles import Obstacle, scene_distance, signed_distance
+from lariat.geometry.obstacles import scene_distance, signed_distance
 from lariat.planning.grid_search.carried_shapes import CarriedShape, middle_of
 from lariat.planning.grid_search.settings import GridSearchSettings
 from lariat.planning.grid_search.wavefront import Cell
@@ -52,7 +51,7 @@ class DistanceGrid:
         ends = np.stack([middle_of(problem.grips), middle_of(problem.goal.grips)])
         extent = settings.extent * scale
         low, high = ends.min(axis=0) - extent, ends.max(axis=0) + extent
-        tops = [_highest_point(o) for o in problem.solid if o.shape != "half_space"]
+        tops = [o.position[2] + o.top for o in problem.solid if o.shape != "half_space"]
         sag = max(float(-s.nodes[:, 2].min()) for s in shapes[2:])
         ceiling = max([*tops, float(ends[:, 2].max())]) + sag + settings.ceiling_margin
         space = np.array(problem.limits.workspace)
@@ -138,14 +137,3 @@ class DistanceGrid:
                 )
                 total += weight * field[slices]
         return total
-
-
-def _highest_point(obstacle: Obstacle) -> float:
-    """Height that no part of an obstacle exceeds [m]."""
-    half = np.linalg.norm(obstacle.size) / 2.0 + obstacle.height / 2.0 + obstacle.radius
-    if obstacle.shape == "box":
-        up = poses.rotate(
-            poses.conjugate(np.array(obstacle.orientation)), np.array([0.0, 0.0, 1.0])
-        )
-        half = float(np.abs(up) @ np.array(obstacle.size)) / 2.0
-    return obstacle.position[2] + float(half)

@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry.obstacles import scene_distance
-from lariat.geometry.swept_clearance import thickness
 from lariat.planning.problem import Problem
 
 MAX_DISTANCES = 2_000_000
@@ -56,7 +55,7 @@ def _distances(
 ) -> tuple[float, Float64[np.ndarray, "x y z"], Float64[np.ndarray, "x y z"]]:
     """Spacing of the cells, and the distances of their centres from obstacles and regions [m]."""
     low, high = np.array(problem.limits.workspace)
-    thinnest = min((thickness(o) for o in problem.solid), default=np.inf)
+    thinnest = min((o.thickness for o in problem.solid), default=np.inf)
     wanted = SPACING_SHARE * (radius + 0.5 * min(thinnest, 1.0))
     most = min(MAX_DISTANCES / max(len(problem.solid), 1), MAX_CELLS)
     spacing = max(wanted, float(np.prod(high - low) / most) ** (1.0 / 3.0))

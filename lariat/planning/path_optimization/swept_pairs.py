@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from lariat.geometry.normals import outward_normals
-from lariat.geometry.obstacles import Obstacle, signed_distance
+from lariat.geometry.obstacles import Obstacle, outward_normals, signed_distance
 from lariat.geometry.swept_clearance import sweep_step
 
 MAX_INSTANTS = 12

@@ -140,8 +140,7 @@ def _points_inside(
             )
             points -= (signed_distance(points, obstacle)[:, None] + 1e-3) * normal
         else:
-            half = 0.5 * np.array(obstacle.size) + obstacle.radius
-            half[2] += 0.5 * obstacle.height
+            half = obstacle.row.support(obstacle.packed_sizes, np.eye(3))
             local = random.uniform(-half, half, (s.points, 3))
             turned = np.broadcast_to(np.array(obstacle.orientation), (len(local), 4))
             points = np.array(obstacle.position) + poses.rotate(turned, local)

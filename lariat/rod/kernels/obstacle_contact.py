@@ -17,7 +17,7 @@ from lariat.rod.kernels.contact_penalty import contact_penalty
 from lariat.rod.kernels.memory import add, add33, load3, load33
 from lariat.rod.kernels.self_contact import self_contacts
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
-from lariat.rod.launch.codes import HessianPart, ObstacleShape, Task
+from lariat.rod.launch.codes import HessianPart, Task
 from lariat.rod.launch.layout import (
     HISTORY_SLOTS,
     OBSTACLE_WIDTH,
@@ -26,6 +26,7 @@ from lariat.rod.launch.layout import (
     Scalar,
     Section,
 )
+from lariat.shapes import ShapeCode
 
 
 @ti.real_func
@@ -66,7 +67,7 @@ def obstacle_contacts(
             gap = ti.max(low, ti.min(high, place)) - place
             within = reach + w[row + ObstacleRow.BOUNDING_RADIUS]
             touching = gap.dot(gap) < within * within
-            if ti.cast(w[row + ObstacleRow.SHAPE], ti.i32) == ObstacleShape.HALF_SPACE:
+            if ti.cast(w[row + ObstacleRow.SHAPE], ti.i32) == ShapeCode.HALF_SPACE:
                 n = load33(w, row + ObstacleRow.ROTATION) @ load3(w, row + ObstacleRow.SIZES)
                 middle = 0.5 * (low + high) - place
                 touching = n.dot(middle) - 0.5 * ti.abs(n).dot(high - low) < reach
@@ -91,7 +92,7 @@ def obstacle_contacts(
                         distance = 0.0
                         normal = ti.Vector([0.0, 0.0, 1.0])
                         curvature = ti.Matrix.zero(ti.f64, 3, 3)
-                        if shape == ObstacleShape.CYLINDER:
+                        if shape == ShapeCode.CYLINDER:
                             rho = ti.sqrt(p[0] * p[0] + p[1] * p[1]) + 1e-15
                             side = 1.0
                             if p[2] < 0.0:
@@ -114,7 +115,7 @@ def obstacle_contacts(
                             else:
                                 distance = b
                                 normal = axial
-                        elif shape == ObstacleShape.BOX:
+                        elif shape == ShapeCode.BOX:
                             outside = ti.Vector([0.0, 0.0, 0.0])
                             active = ti.Vector([0.0, 0.0, 0.0])
                             deepest = -1e30
@@ -141,12 +142,12 @@ def obstacle_contacts(
                             else:
                                 distance = deepest
                                 normal = face
-                        elif shape == ObstacleShape.HALF_SPACE:
+                        elif shape == ShapeCode.HALF_SPACE:
                             normal = size
                             distance = p.dot(normal)
                         else:
                             half = 0.0
-                            if shape == ObstacleShape.CAPSULE:
+                            if shape == ShapeCode.CAPSULE:
                                 half = size[1]
                             axis = ti.min(ti.max(p[2], -half), half)
                             off = p - ti.Vector([0.0, 0.0, axis])
@@ -154,7 +155,7 @@ def obstacle_contacts(
                             distance = rho - size[0]
                             normal = off / rho
                             curvature = ti.Matrix.identity(ti.f64, 3) - normal.outer_product(normal)
-                            if shape == ObstacleShape.CAPSULE and ti.abs(p[2]) < half:
+                            if shape == ShapeCode.CAPSULE and ti.abs(p[2]) < half:
                                 curvature[2, 2] -= 1.0
                             curvature /= rho
                         depth = reach - distance

@@ -1,4 +1,4 @@
-"""Integer codes of derivatives, holds, tasks and shapes in launches and kernels."""
+"""Integer codes of derivatives, holds and tasks in launches and kernels."""
 
 from __future__ import annotations
 
@@ -73,13 +73,3 @@ class Phase(IntEnum):
     """Factorization of the true Hessian after an iteration that ended with a modified one."""
     DERIVATIVES = auto()
     FINISHED = auto()
-
-
-class ObstacleShape(IntEnum):
-    """Shapes of obstacles: places in `lariat.geometry.obstacles.SHAPES`."""
-
-    CYLINDER = 0
-    BOX = auto()
-    SPHERE = auto()
-    CAPSULE = auto()
-    HALF_SPACE = auto()

@@ -254,7 +254,7 @@ class ObstacleRow(IntEnum):
     """Numbers of an obstacle."""
 
     SHAPE = 0
-    """Index into `lariat.geometry.obstacles.SHAPES`."""
+    """Code of the shape, `lariat.shapes.ShapeCode`."""
     POSITION = 1
     ROTATION = 4
     """Rotation matrix, row by row."""

@@ -19,7 +19,7 @@ class ObstacleScene:
         self.solids = [o for o in self.obstacles if o.shape != "half_space"]
         self.centres = np.array([o.position for o in self.solids]).reshape(-1, 3)
         """Centres of the solids' bounding spheres [m]."""
-        self.radii = np.array([bounding_radius(o) for o in self.solids])
+        self.radii = np.array([o.bounding_radius for o in self.solids])
         """Radii of the solids' bounding spheres [m]."""
 
     def touched(
@@ -75,14 +75,3 @@ class ObstacleScene:
         """Return the half spaces, and the solids whose bounding spheres hold one of some points."""
         near = np.flatnonzero(self.touched(points, points).any(axis=0))
         return [*self.half_spaces, *(self.solids[k] for k in near)]
-
-
-def bounding_radius(obstacle: Obstacle) -> float:
-    """Return the radius of the sphere around a solid's centre that contains it [m]."""
-    match obstacle.shape:
-        case "box":
-            return float(np.linalg.norm(obstacle.size)) / 2.0
-        case "cylinder":
-            return float(np.hypot(obstacle.radius, obstacle.height / 2.0))
-        case _:
-            return obstacle.radius + obstacle.height / 2.0

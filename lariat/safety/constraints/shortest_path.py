@@ -24,7 +24,7 @@ from jaxtyping import Float64
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, signed_distance
 from lariat.safety.constraints.line_of_sight import MAX_PENETRATION, LineOfSight
-from lariat.safety.constraints.obstacle_scene import ObstacleScene, bounding_radius
+from lariat.safety.constraints.obstacle_scene import ObstacleScene
 from lariat.safety.constraints.taut_path import normals, pulled_tight, pushed_out, without_needless
 
 POINT_COUNTS = (5, 9, 17, 33)
@@ -324,4 +324,4 @@ def _may_contain(obstacle: Obstacle, points: Bands) -> bool:
         return True
     offsets = points - np.array(obstacle.position)
     nearest = float(np.min(np.einsum("...i,...i->...", offsets, offsets)))
-    return nearest < bounding_radius(obstacle) ** 2
+    return nearest < obstacle.bounding_radius**2

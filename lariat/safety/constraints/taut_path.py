@@ -154,26 +154,13 @@ def _free_directions(
         if not len(rows):
             continue
         held = normals(points[rows], core)[:, None]
-        if along_edges and core.shape in ("box", "cylinder"):
-            held = _normals_of_faces(points[rows], core)
+        faces = core.row.faces(core.packed_sizes, core.local(points[rows]))
+        if along_edges and faces is not None:
+            axes, beyond = faces
+            turn = poses.matrix(np.array(core.orientation))
+            held = (axes * (beyond > -EDGE_WIDTH)[:, :, None]) @ turn.T
         free[rows] -= np.einsum("nka,nkb->nab", held, held)
     return free
-
-
-def _normals_of_faces(points: Vertices, solid: Obstacle) -> Float64[np.ndarray, "n k 3"]:
-    """Return the normals of the faces of a box or cylinder that points touch, zero for others."""
-    turn = poses.matrix(np.array(solid.orientation))
-    local = (points - np.array(solid.position)) @ turn
-    if solid.shape == "box":
-        axes = np.tile(np.eye(3), (len(points), 1, 1))
-        beyond = np.abs(local) - np.array(solid.size) / 2.0
-    else:
-        radial = local * np.array([1.0, 1.0, 0.0])
-        radii = np.linalg.norm(radial, axis=1)
-        radial /= np.maximum(radii, 1e-12)[:, None]
-        axes = np.stack([radial, np.broadcast_to([0.0, 0.0, 1.0], radial.shape)], axis=1)
-        beyond = np.stack([radii - solid.radius, np.abs(local[:, 2]) - solid.height / 2.0], axis=1)
-    return (axes * (beyond > -EDGE_WIDTH)[:, :, None]) @ turn.T
 
 
 def pushed_out(points: Vertices, near: Int64[np.ndarray, "k"], sight: LineOfSight) -> Vertices:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from lariat.geometry import obstacles as geometry
 from lariat.geometry import poses
 from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.scenario.sections.quantities import Position, Quaternion, Vector
+from lariat.shapes import SHAPES, ShapeName, SolidName
 
 
 @dataclass(frozen=True)
@@ -24,21 +25,11 @@ class Waypoint:
     """Position of the obstacle at that time."""
 
 
-SIZES = {
-    "cylinder": ("radius", "height"),
-    "capsule": ("radius", "height"),
-    "sphere": ("radius",),
-    "box": ("size",),
-    "half_space": (),
-}
-"""Keys of the sizes that each shape needs."""
-
-
 @dataclass(frozen=True)
 class Region:
     """Region that the rope must not leave, neither on the way nor at its goal; each one counts."""
 
-    shape: Literal["cylinder", "box", "sphere", "capsule"]
+    shape: SolidName
     """Shape of the region; cylinder and capsule have their axis along z."""
     position: Position
     """Centre."""
@@ -69,7 +60,7 @@ class Region:
 class Obstacle:
     """Obstacle that the rope must not touch, or a support that it may lean on."""
 
-    shape: Literal["cylinder", "box", "sphere", "capsule", "half_space"]
+    shape: ShapeName
     """Shape of the obstacle; cylinder and capsule have their axis along z."""
     position: Position
     """Centre; of a half space, a point on its surface."""
@@ -150,11 +141,11 @@ def _body(of: Region | Obstacle, name: str) -> geometry.Obstacle:
 
 
 def _check_sizes(body: Region | Obstacle) -> None:
-    for key in SIZES[body.shape]:
+    for key in SHAPES[body.shape].fields:
         if getattr(body, key) is None:
             raise ValueError(f"a {body.shape} needs {key}")
     for key in ("radius", "height", "size"):
-        if key not in SIZES[body.shape] and getattr(body, key) is not None:
+        if key not in SHAPES[body.shape].fields and getattr(body, key) is not None:
             raise ValueError(f"a {body.shape} has no {key}; remove it")
     if np.linalg.norm(body.orientation) < 1e-9:
         raise ValueError("orientation must not be zero")

@@ -194,20 +194,13 @@ def row(values: Sequence[float] | np.ndarray) -> str:
 
 
 def _geom(obstacle: Obstacle, friction: float) -> str:
+    kind, size = obstacle.shape, obstacle.packed_sizes
     orientation = np.array(obstacle.orientation)
-    half = obstacle.height / 2.0
-    match obstacle.shape:
-        case "sphere":
-            kind, size = "sphere", (obstacle.radius,)
-        case "capsule" | "cylinder":
-            kind, size = obstacle.shape, (obstacle.radius, half)
-        case "box":
-            kind, size = "box", tuple(np.array(obstacle.size) / 2.0)
-        case "half_space":
-            kind, size = "plane", (0.0, 0.0, 1.0)
-            normal = poses.normalized(np.array(obstacle.normal))
-            up = np.array([0.0, 0.0, 1.0])
-            orientation = poses.multiply(orientation, poses.rotation_between(up, normal))
+    if kind == "half_space":
+        kind, size = "plane", np.array([0.0, 0.0, 1.0])
+        up = np.array([0.0, 0.0, 1.0])
+        turn = poses.rotation_between(up, obstacle.packed_sizes)
+        orientation = poses.multiply(orientation, turn)
     return (
         f'<geom type="{kind}" size="{row(size)}" pos="{row(obstacle.position)}" '
         f'quat="{row(orientation)}" friction="{friction:.6g}" solref="{CONTACT_SOLREF}"/>'

@@ -12,6 +12,7 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+from jaxtyping import Float64, Int64
 
 from lariat.arms.urdf import Body
 from lariat.geometry import poses
@@ -46,24 +47,14 @@ def add_obstacle(entity: SceneEntity, obstacle: Obstacle) -> None:
     pose = Pose(np.array(obstacle.position), np.array(obstacle.orientation))
     color = colors.SUPPORT if obstacle.support else colors.OBSTACLE
     color = colors.REGION if obstacle.keep_in else color
-    radius, height = obstacle.radius, obstacle.height
-    match obstacle.shape:
-        case "box":
-            add_body(entity, pose, "box", obstacle.size, color)
-        case "sphere":
-            add_body(entity, pose, "sphere", (radius,), color)
-        case "cylinder":
-            add_body(entity, pose, "cylinder", (radius, height), color)
-        case "capsule":
-            add_body(entity, pose, "cylinder", (radius, height), color)
-            for end in (-0.5, 0.5):
-                cap = pose.apply(np.array([0.0, 0.0, end * height]))
-                add_body(entity, Pose(cap, pose.orientation), "sphere", (radius,), color)
-        case "half_space":
-            plane = half_space_pose(obstacle)
-            center = plane.apply(np.array([0.0, 0.0, -HALF_SPACE_THICKNESS / 2.0]))
-            size = (HALF_SPACE_SIDE, HALF_SPACE_SIDE, HALF_SPACE_THICKNESS)
-            add_body(entity, Pose(center, plane.orientation), "box", size, color)
+    if obstacle.shape == "half_space":
+        plane = half_space_pose(obstacle)
+        center = plane.apply(np.array([0.0, 0.0, -HALF_SPACE_THICKNESS / 2.0]))
+        size = (HALF_SPACE_SIDE, HALF_SPACE_SIDE, HALF_SPACE_THICKNESS)
+        add_body(entity, Pose(center, plane.orientation), "box", size, color)
+        return
+    mesh = obstacle.row.mesh(obstacle.packed_sizes)
+    add_triangles(entity, pose, mesh.points, mesh.triangles, color)
 
 
 def half_space_pose(obstacle: Obstacle) -> Pose:
@@ -80,10 +71,22 @@ def add_link_body(entity: SceneEntity, body: Body, color: tuple[float, ...]) -> 
 
 def add_hull(entity: SceneEntity, hull: MeshHull, color: tuple[float, ...]) -> None:
     """Add the hull of a mesh to an entity of its link's frame."""
+    link = Pose(np.zeros(3), poses.IDENTITY)
+    add_triangles(entity, link, hull.points, hull.triangles, color)
+
+
+def add_triangles(
+    entity: SceneEntity,
+    pose: Pose,
+    points: Float64[np.ndarray, "p 3"],
+    triangles: Int64[np.ndarray, "t 3"],
+    color: tuple[float, ...],
+) -> None:
+    """Add triangles to an entity, by the indices of their corners [m]."""
     entity.triangles.add(
-        pose=pose_message(Pose(np.zeros(3), poses.IDENTITY)),
-        points=[Point3(x=x, y=y, z=z) for x, y, z in hull.points.tolist()],
-        indices=hull.triangles.ravel().tolist(),
+        pose=pose_message(pose),
+        points=[Point3(x=x, y=y, z=z) for x, y, z in points.tolist()],
+        indices=triangles.ravel().tolist(),
         color=colors.message(color),
     )
 

@@ -7,7 +7,7 @@ import pytest
 
 from dashboard.action_queue import ActionQueue
 from dashboard.editors.obstacle_editor import (
-    SHAPES,
+    SOLIDS,
     ObstacleEditor,
     duplicate,
     extents,
@@ -17,6 +17,7 @@ from dashboard.outbox import Outbox
 from dashboard.web.private_viser import PrivateViser
 from lariat.geometry import obstacles
 from lariat.scenario import load
+from lariat.shapes import SolidName
 
 SCENARIO = load("three-cylinders")
 
@@ -30,8 +31,8 @@ def editor() -> Iterator[ObstacleEditor]:
     private.close()
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_new_obstacle_fills_the_height_that_was_asked_for(shape: obstacles.Shape) -> None:
+@pytest.mark.parametrize("shape", SOLIDS)
+def test_new_obstacle_fills_the_height_that_was_asked_for(shape: SolidName) -> None:
     body = new_obstacle(shape, np.array([0.06, 0.06, 0.1]), (0.1, 0.2, 0.3))
     half = 0.03 if shape == "sphere" else 0.05
     above = np.array([[0.1, 0.2, 0.3 + half]])
@@ -46,8 +47,8 @@ def test_new_obstacle_takes_a_name_that_is_free() -> None:
     assert new_obstacle("box", size, at, {first.name: first}).name != first.name
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_duplicate_stands_free_beside_its_original(shape: obstacles.Shape) -> None:
+@pytest.mark.parametrize("shape", SOLIDS)
+def test_duplicate_stands_free_beside_its_original(shape: SolidName) -> None:
     body = new_obstacle(shape, np.array([0.06, 0.06, 0.1]), (0.1, 0.2, 0.3))
     copy = duplicate(body, {body.name})
     again = duplicate(copy, {body.name, copy.name})
@@ -56,8 +57,8 @@ def test_duplicate_stands_free_beside_its_original(shape: obstacles.Shape) -> No
     assert obstacles.signed_distance(centre, body)[0] == pytest.approx(0.03 + 0.02)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_extents_are_those_from_which_the_shape_is_made(shape: obstacles.Shape) -> None:
+@pytest.mark.parametrize("shape", SOLIDS)
+def test_extents_are_those_from_which_the_shape_is_made(shape: SolidName) -> None:
     body = new_obstacle(shape, np.array([0.06, 0.06, 0.1]), (0.1, 0.2, 0.3))
     again = new_obstacle(shape, extents(body), (0.1, 0.2, 0.3))
     assert again.radius == pytest.approx(body.radius)

@@ -5,7 +5,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from dashboard.scene.obstacle_view import ObstacleView, top_height
+from dashboard.scene.obstacle_view import ObstacleView
 from lariat.geometry import obstacles, poses
 from lariat.geometry.obstacles import Obstacle
 
@@ -24,7 +24,7 @@ TILTED = tuple(poses.exponential(np.array([0.4, -0.7, 0.2])).tolist())
 def test_top_height_is_that_of_the_highest_point(body: Obstacle) -> None:
     axis = np.linspace(-0.15, 0.15, 121)
     x, y = np.meshgrid(axis, axis)
-    for height, inside in ((top_height(body) + 0.001, False), (top_height(body) - 0.004, True)):
+    for height, inside in ((body.top + 0.001, False), (body.top - 0.004, True)):
         plane = np.stack([x, y, np.full_like(x, height)], axis=-1)
         assert np.any(obstacles.signed_distance(plane, body) < 0.0) == inside
 
@@ -32,10 +32,10 @@ def test_top_height_is_that_of_the_highest_point(body: Obstacle) -> None:
 def test_moving_obstacle_is_moved_and_not_drawn_anew() -> None:
     scene = Mock()
     body, label = (Mock(position=np.array(p)) for p in ((0.1, 0.0, 0.2), (0.1, 0.0, 0.4)))
-    scene.add_box.return_value, scene.add_label.return_value = body, label
+    scene.add_mesh_simple.return_value, scene.add_label.return_value = body, label
     view = ObstacleView(scene, lambda _: None)
     cart = Obstacle("box", (0.1, 0.0, 0.2), size=(0.1, 0.1, 0.3), name="cart")
     view.show([cart])
     view.show([cart.moved((0.1, 0.5, 0.2))])
-    scene.add_box.assert_called_once()
+    scene.add_mesh_simple.assert_called_once()
     np.testing.assert_allclose([body.position, label.position], [[0.1, 0.5, 0.2], [0.1, 0.5, 0.4]])

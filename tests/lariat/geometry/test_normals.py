@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lariat.geometry import poses
-from lariat.geometry.normals import outward_normals
-from lariat.geometry.obstacles import SHAPES, Obstacle, signed_distance
+from lariat.geometry.obstacles import Obstacle, outward_normals, signed_distance
+from lariat.shapes import SHAPES
 
 
 @pytest.mark.parametrize("keep_in", [False, True])

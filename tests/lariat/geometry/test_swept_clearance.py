@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
-from lariat.geometry.swept_clearance import swept_clearance, thickness
+from lariat.geometry.swept_clearance import swept_clearance
 
 WALL = Obstacle("box", (0.0, 0.0, 0.5), size=(2.0, 0.01, 1.0), name="wall")
 CHAIN = np.stack([np.linspace(-0.2, 0.2, 9), np.zeros(9), np.full(9, 0.3)], axis=1)
@@ -47,6 +47,6 @@ def test_swept_clearance_is_that_of_many_shapes_in_between(seed: int) -> None:
 
 
 def test_thickness_is_the_least_extent() -> None:
-    assert thickness(WALL) == 0.01
-    assert thickness(TABLE) == np.inf
-    assert thickness(Obstacle("cylinder", (0, 0, 0), radius=0.03, height=0.02)) == 0.02
+    assert WALL.thickness == 0.01
+    assert TABLE.thickness == np.inf
+    assert Obstacle("cylinder", (0, 0, 0), radius=0.03, height=0.02).thickness == 0.02

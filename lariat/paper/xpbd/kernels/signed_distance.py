@@ -6,8 +6,8 @@ The same as `lariat.geometry.obstacles.signed_distance`, for a row of `ObstacleR
 import taichi as ti
 
 from lariat.rod.kernels.memory import load3, load33
-from lariat.rod.launch.codes import ObstacleShape
 from lariat.rod.launch.layout import ObstacleRow
+from lariat.shapes import ShapeCode
 
 
 @ti.func
@@ -25,7 +25,7 @@ def signed_distance(w: ti.template(), row, point):
     distance = 0.0
     normal = ti.Vector([0.0, 0.0, 1.0])
     hessian = ti.Matrix.zero(ti.f64, 3, 3)
-    if shape == ObstacleShape.CYLINDER:
+    if shape == ShapeCode.CYLINDER:
         rho = ti.sqrt(p[0] * p[0] + p[1] * p[1]) + 1e-15
         side = ti.select(p[2] < 0.0, -1.0, 1.0)
         radial = ti.Vector([p[0] / rho, p[1] / rho, 0.0])
@@ -46,7 +46,7 @@ def signed_distance(w: ti.template(), row, point):
         else:
             distance = b
             normal = axial
-    elif shape == ObstacleShape.BOX:
+    elif shape == ShapeCode.BOX:
         out = ti.Vector([0.0, 0.0, 0.0])
         active = ti.Vector([0.0, 0.0, 0.0])
         deepest = -1e30
@@ -71,17 +71,17 @@ def signed_distance(w: ti.template(), row, point):
         else:
             distance = deepest
             normal = face
-    elif shape == ObstacleShape.HALF_SPACE:
+    elif shape == ShapeCode.HALF_SPACE:
         normal = size
         distance = p.dot(normal)
     else:  # sphere, capsule
-        half = ti.select(shape == ObstacleShape.CAPSULE, size[1], 0.0)
+        half = ti.select(shape == ShapeCode.CAPSULE, size[1], 0.0)
         off = p - ti.Vector([0.0, 0.0, ti.min(ti.max(p[2], -half), half)])
         rho = off.norm() + 1e-15
         distance = rho - size[0]
         normal = off / rho
         hessian = ti.Matrix.identity(ti.f64, 3) - normal.outer_product(normal)
-        if shape == ObstacleShape.CAPSULE and ti.abs(p[2]) < half:
+        if shape == ShapeCode.CAPSULE and ti.abs(p[2]) < half:
             hessian[2, 2] -= 1.0
         hessian /= rho
     return distance, rotation @ normal, rotation @ hessian @ rotation.transpose()

@@ -5,7 +5,7 @@ import pytest
 
 from lariat.geometry.obstacles import TABLE, Obstacle, signed_distance
 from lariat.safety.constraints.collision import EXACT_SLACK, CollisionConstraint
-from lariat.safety.constraints.obstacle_scene import ObstacleScene, bounding_radius
+from lariat.safety.constraints.obstacle_scene import ObstacleScene
 from lariat.safety.constraints.slacks import first_broken
 
 KEEP_OUT = 0.005
@@ -56,7 +56,7 @@ def test_bounding_sphere_contains_the_solid(solid: Obstacle) -> None:
     points = np.random.default_rng(1).uniform(-0.5, 0.5, size=(20_000, 3))
     points[:, 2] += 0.5
     inside = points[signed_distance(points, solid) <= 0.0]
-    assert np.max(np.linalg.norm(inside - solid.position, axis=1)) <= bounding_radius(solid)
+    assert np.max(np.linalg.norm(inside - solid.position, axis=1)) <= solid.bounding_radius
 
 
 def test_nearest_of_several_obstacles_and_spheres_counts() -> None:

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from lariat.geometry import poses
-from lariat.geometry.obstacles import Obstacle, Shape, segment_distance
+from lariat.geometry.obstacles import Obstacle, segment_distance
 from lariat.safety.constraints.line_of_sight import MAX_PENETRATION, LineOfSight
 from lariat.safety.constraints.obstacle_scene import ObstacleScene
+from lariat.shapes import ShapeName
 
 
 @pytest.mark.parametrize("shape", ["box", "cylinder", "capsule", "sphere"])
-def test_lines_are_clear_that_do_not_come_deeper_than_they_may(shape: Shape) -> None:
+def test_lines_are_clear_that_do_not_come_deeper_than_they_may(shape: ShapeName) -> None:
     rng = np.random.default_rng(3)
     turn = tuple(poses.normalized(rng.normal(size=4)).tolist())
     body = Obstacle(shape, (0.1, -0.2, 0.3), turn, 0.05, 0.16, (0.1, 0.06, 0.2))

@@ -79,10 +79,11 @@ def test_arms_and_grippers_are_bodies_of_their_frames(scenario):
     (left,), (right,) = entities["left/grip"].cylinders, entities["right/grip"].cylinders
     assert (left.pose.position.z, right.pose.position.z) == (-height / 2, height / 2)
     assert entities["rope"].frame_id == WORLD_FRAME
-    # The table, and the capsule as a cylinder between two caps.
-    assert len(entities["obstacles"].cubes) == len(entities["obstacles"].cylinders) == 1
-    caps = [s.pose.position.z for s in entities["obstacles"].spheres]
-    assert caps == pytest.approx([0.15, 0.25])
+    # The table, and the surface of the capsule.
+    assert len(entities["obstacles"].cubes) == len(entities["obstacles"].triangles) == 1
+    (capsule,) = entities["obstacles"].triangles
+    heights = [point.z + capsule.pose.position.z for point in capsule.points]
+    assert (min(heights), max(heights)) == pytest.approx((0.13, 0.27))
 
 
 def test_depth_lies_on_the_table_in_the_world(scenario):

@@ -11,11 +11,12 @@ from typing import Literal, TypeAlias
 
 from lariat.shapes.box import Box
 from lariat.shapes.capsule import Capsule, Sphere
+from lariat.shapes.cone import Cone
 from lariat.shapes.cylinder import Cylinder
 from lariat.shapes.half_space import HalfSpace
 from lariat.shapes.shape import BodyShape, Mesh
 
-SolidName: TypeAlias = Literal["cylinder", "box", "sphere", "capsule"]
+SolidName: TypeAlias = Literal["cylinder", "box", "sphere", "capsule", "cone"]
 """Names of the shapes with a closed surface."""
 ShapeName: TypeAlias = Literal[SolidName, "half_space"]
 """Names of all shapes."""
@@ -26,6 +27,7 @@ SHAPES: dict[ShapeName, BodyShape] = {
     "sphere": Sphere(),
     "capsule": Capsule(),
     "half_space": HalfSpace(),
+    "cone": Cone(),
 }
 """Shapes by name; the place of a shape is its code in packed obstacles."""
 

@@ -142,6 +142,41 @@ def obstacle_contacts(
                             else:
                                 distance = deepest
                                 normal = face
+                        elif shape == ShapeCode.CONE:
+                            rho = ti.sqrt(p[0] * p[0] + p[1] * p[1]) + 1e-15
+                            radial = ti.Vector([p[0] / rho, p[1] / rho, 0.0])
+                            around = ti.Vector([-p[1] / rho, p[0] / rho, 0.0])
+                            axial = ti.Vector([0.0, 0.0, 1.0])
+                            slant = ti.sqrt(size[0] * size[0] + 4.0 * size[1] * size[1])
+                            outward_z = size[0] / slant
+                            outward_rho = 2.0 * size[1] / slant
+                            a = rho - size[0]
+                            b = p[2] + size[1]
+                            beyond = outward_rho * a + outward_z * b
+                            up = outward_rho * b - outward_z * a
+                            if (ti.max(beyond, -b) <= 0.0 and -b > beyond) or (
+                                b < 0.0 and a <= 0.0
+                            ):
+                                distance = -b
+                                normal = -axial
+                            elif up <= 0.0 and ti.max(beyond, -b) > 0.0:
+                                distance = ti.sqrt(a * a + b * b)
+                                normal = (a * radial + b * axial) / distance
+                                over = (b * radial - a * axial) / distance
+                                curvature = (a / (distance * rho)) * around.outer_product(around)
+                                curvature += over.outer_product(over) / distance
+                            elif up >= slant and beyond > 0.0:
+                                off = p - ti.Vector([0.0, 0.0, size[1]])
+                                distance = off.norm()
+                                normal = off / distance
+                                curvature = ti.Matrix.identity(ti.f64, 3) - normal.outer_product(
+                                    normal
+                                )
+                                curvature /= distance
+                            else:
+                                distance = beyond
+                                normal = outward_rho * radial + outward_z * axial
+                                curvature = (outward_rho / rho) * around.outer_product(around)
                         elif shape == ShapeCode.HALF_SPACE:
                             normal = size
                             distance = p.dot(normal)

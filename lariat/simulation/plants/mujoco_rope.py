@@ -21,6 +21,8 @@ from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import RodProperties
 
+PRIMITIVES = ("cylinder", "box", "sphere", "capsule")
+"""Shapes that MuJoCo has too, under the same names."""
 TIMESTEP = 0.002
 """Time step of the engine [s]; at 5 ms the rope sinks 16 mm into a cylinder, at 2 ms 0.4 mm."""
 CONTACT_SOLREF = "0.004 1"
@@ -176,6 +178,7 @@ def scene(obstacles: Sequence[Obstacle], friction: float, body: str, rest: str =
         rest: Elements beside `worldbody`.
     """
     geoms = "".join(_geom(o, friction) for o in obstacles)
+    meshes = "".join(_mesh(o) for o in obstacles)
     # The rope is one island: the search for others takes a tenth of a step.
     return f"""<mujoco model="lab">
 <compiler autolimits="true" angle="radian"/>
@@ -183,6 +186,7 @@ def scene(obstacles: Sequence[Obstacle], friction: float, body: str, rest: str =
  tolerance="1e-8" cone="pyramidal">
 <flag island="disable"/></option>
 <statistic extent="1" center="0 0 0.2"/>
+<asset>{meshes}</asset>
 <worldbody>{geoms}{body}</worldbody>
 {rest}
 </mujoco>"""
@@ -193,6 +197,18 @@ def row(values: Sequence[float] | np.ndarray) -> str:
     return " ".join(f"{v:.12g}" for v in np.asarray(values, float).ravel())
 
 
+def _mesh(obstacle: Obstacle) -> str:
+    """Return the mesh of a body that is no primitive of MuJoCo; empty for the others."""
+    if obstacle.shape in (*PRIMITIVES, "half_space"):
+        return ""
+    corners = obstacle.row.mesh(obstacle.packed_sizes).points
+    return f'<mesh name="{_mesh_name(obstacle)}" vertex="{row(corners)}"/>'
+
+
+def _mesh_name(obstacle: Obstacle) -> str:
+    return f"{obstacle.shape} {obstacle.name} {row(obstacle.position)}"
+
+
 def _geom(obstacle: Obstacle, friction: float) -> str:
     kind, size = obstacle.shape, obstacle.packed_sizes
     orientation = np.array(obstacle.orientation)
@@ -201,7 +217,10 @@ def _geom(obstacle: Obstacle, friction: float) -> str:
         up = np.array([0.0, 0.0, 1.0])
         turn = poses.rotation_between(up, obstacle.packed_sizes)
         orientation = poses.multiply(orientation, turn)
+    form = f'type="{kind}" size="{row(size)}"'
+    if kind not in (*PRIMITIVES, "plane"):
+        form = f'type="mesh" mesh="{_mesh_name(obstacle)}"'
     return (
-        f'<geom type="{kind}" size="{row(size)}" pos="{row(obstacle.position)}" '
+        f'<geom {form} pos="{row(obstacle.position)}" '
         f'quat="{row(orientation)}" friction="{friction:.6g}" solref="{CONTACT_SOLREF}"/>'
     )

@@ -28,6 +28,7 @@ PROPERTIES = RodProperties(
 ALL_PARAMETERS = (*PARAMETERS, "stiffness_profile[1]", "density_profile[0]", "rest_curvature[1][0]")
 HORIZONTAL = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
 BAR = pack([Obstacle("cylinder", (0.0, 0.0, 0.25), HORIZONTAL, radius=0.03, height=0.2), TABLE])
+CONE = pack([Obstacle("cone", (0.02, 0.0, 0.22), radius=0.06, height=0.12), TABLE])
 DT = 0.01
 
 
@@ -113,6 +114,7 @@ SCENES = {
     "free space": lambda: Scene(40),
     "contact": lambda: Scene(40, BAR),
     "coarse": lambda: Scene(10, BAR),
+    "cone": lambda: Scene(40, CONE),
     "pinned and free, two substeps": lambda: Scene(10, None, "pinned", "free", 2),
     "second order, contact": lambda: Scene(10, BAR, substeps=2, scheme="sdirk2"),
 }

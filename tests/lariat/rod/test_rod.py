@@ -155,6 +155,23 @@ def test_rest_bends_around_a_sharp_edge_without_cutting_it() -> None:
     assert chain_clearance(found.state.positions, PROPERTIES.diameter / 2.0, [box]) > -5e-4
 
 
+@pytest.mark.parametrize(
+    "cone",
+    [
+        Obstacle("cone", (0.01, 0.0, 0.2), radius=0.06, height=0.14),
+        Obstacle("cone", (0.0, 0.0, 0.09), (0.0, 1.0, 0.0, 0.0), radius=0.12, height=0.3),
+        Obstacle("cone", (0.0, 0.0, 0.06), (0.5**0.5, 0.5**0.5, 0.0, 0.0), radius=0.3, height=0.8),
+    ],
+    ids=["over its apex", "over its base", "over its side"],
+)
+def test_rest_lies_on_a_cone_and_not_in_it(cone: Obstacle) -> None:
+    rod = Rod(replace(PROPERTIES, youngs_modulus=1e5), 40)
+    found = rod.rest(*grips(0.3, height=0.26), obstacles=pack([cone]))
+    clearance = chain_clearance(found.state.positions, PROPERTIES.diameter / 2.0, [cone])
+    assert found.converged
+    assert -5e-4 < clearance < 2.0 * PROPERTIES.contact_margin
+
+
 @pytest.mark.parametrize("modulus", [0.3e6, 0.58e6])
 def test_a_soft_rod_that_falls_onto_a_thin_bar_lies_over_it(modulus: float) -> None:
     rod = Rod(replace(PROPERTIES, youngs_modulus=modulus), 60)

@@ -6,6 +6,7 @@ because the discriminants of quadratics cancel; images are in single precision.
 
 import taichi as ti
 
+from lariat.shapes import ShapeCode
 from lariat.simulation.camera.kernels.depths import BLOCK_SHIFT, DRAWN, FAR, NEAR
 from lariat.simulation.camera.kernels.rays import (
     images_f32,
@@ -24,11 +25,11 @@ def body_hit(shape: ti.i32, o, d, a: ti.f64, b: ti.f64, c: ti.f64):
 
     The ray is in the frame of the obstacle; the depth is `FAR` if it misses.
 
-    Shapes and sizes as in `lariat.geometry.obstacles.pack`: 0 cylinder, 1 box, 2 sphere, 3 capsule.
+    Shapes and sizes as in `lariat.geometry.obstacles.pack`.
     """
     z = FAR
     n = ti.Vector([0.0, 0.0, 1.0], dt=ti.f64)
-    if shape == 1:
+    if shape == ShapeCode.BOX:
         enter = -FAR
         leave = FAR
         half = ti.Vector([a, b, c], dt=ti.f64)
@@ -47,9 +48,28 @@ def body_hit(shape: ti.i32, o, d, a: ti.f64, b: ti.f64, c: ti.f64):
                 leave = ti.min(leave, last)
         if enter < leave and enter > NEAR:
             z = enter
-    elif shape == 2:
+    elif shape == ShapeCode.SPHERE:
         z = sphere_hit(o, d, a)
         n = (o + z * d) / a
+    elif shape == ShapeCode.CONE:
+        slope = a / (2.0 * b)
+        w = b - o[2]
+        dd = d[0] * d[0] + d[1] * d[1] - slope * slope * d[2] * d[2]
+        od = o[0] * d[0] + o[1] * d[1] + slope * slope * w * d[2]
+        h = od * od - dd * (o[0] * o[0] + o[1] * o[1] - slope * slope * w * w)
+        if h > 0.0 and ti.abs(dd) > 1e-12:
+            for k in range(2):
+                side = (-od + (2.0 * k - 1.0) * ti.sqrt(h)) / dd
+                p = o + side * d
+                if side > NEAR and side < z and ti.abs(p[2]) <= b:
+                    z = side
+                    n = ti.Vector([p[0], p[1], slope * slope * (b - p[2])], dt=ti.f64).normalized()
+        if ti.abs(d[2]) > 1e-12:
+            disc = (-b - o[2]) / d[2]
+            p = o + disc * d
+            if disc > NEAR and disc < z and p[0] * p[0] + p[1] * p[1] <= a * a:
+                z = disc
+                n = ti.Vector([0.0, 0.0, -1.0], dt=ti.f64)
     else:
         # The wall of a cylinder or of a capsule, then its ends.
         dd = d[0] * d[0] + d[1] * d[1]
@@ -64,7 +84,7 @@ def body_hit(shape: ti.i32, o, d, a: ti.f64, b: ti.f64, c: ti.f64):
         for k in range(2):
             side = 2.0 * k - 1.0
             end = ti.Vector([0.0, 0.0, side * b], dt=ti.f64)
-            if shape == 3:
+            if shape == ShapeCode.CAPSULE:
                 cap = sphere_hit(o - end, d, a)
                 if cap < z:
                     z = cap
@@ -109,7 +129,7 @@ def draw_bodies(
             centre = ti.Vector([bodies[m, 1], bodies[m, 2], bodies[m, 3]], dt=ti.f64)
             q = ti.Vector([bodies[m, 4], bodies[m, 5], bodies[m, 6], bodies[m, 7]], dt=ti.f64)
             a, b, c = bodies[m, 8], bodies[m, 9], bodies[m, 10]
-            if shape == 4:
+            if shape == ShapeCode.HALF_SPACE:
                 # The product of normal and ray is affine in the pixel: one division for each pixel.
                 n = rotate(q, ti.Vector([a, b, c], dt=ti.f64))
                 above = n.dot(eye - centre)
@@ -139,11 +159,11 @@ def draw_bodies(
                 back = ti.Vector([q[0], -q[1], -q[2], -q[3]], dt=ti.f64)
                 # Half extents of the box around the obstacle.
                 hx, hy, hz = a, b, c
-                if shape == 0:
+                if shape == ShapeCode.CYLINDER or shape == ShapeCode.CONE:
                     hx, hy, hz = a, a, b
-                elif shape == 2:
+                elif shape == ShapeCode.SPHERE:
                     hx, hy, hz = a, a, a
-                elif shape == 3:
+                elif shape == ShapeCode.CAPSULE:
                     hx, hy, hz = a, a, a + b
                 u0, v0, u1, v1 = FAR, FAR, -FAR, -FAR
                 for corner in range(8):

@@ -22,6 +22,7 @@ BODIES = pack(
         Obstacle("sphere", (-0.1, 0.0, 0.26), radius=0.03),
         Obstacle("box", (0.0, 0.0, 0.26), (0.9238795, 0.0, 0.3826834, 0.0), size=(0.05, 0.1, 0.05)),
         Obstacle("capsule", (0.1, 0.0, 0.26), HORIZONTAL, radius=0.03, height=0.1),
+        Obstacle("cone", (0.18, 0.0, 0.22), radius=0.06, height=0.12),
     ]
 )
 DT = 0.01

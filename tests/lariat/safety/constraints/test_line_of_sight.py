@@ -24,6 +24,16 @@ def test_lines_are_clear_that_do_not_come_deeper_than_they_may(shape: ShapeName)
     assert 0.2 < clear.mean() < 0.95
 
 
+def test_no_line_is_clear_that_cuts_deeper_into_a_cone_than_it_may() -> None:
+    rng = np.random.default_rng(4)
+    body = Obstacle("cone", (0.1, -0.2, 0.3), radius=0.05, height=0.16)
+    starts, ends = rng.uniform(-0.25, 0.25, (2, 3000, 3)) + np.array(body.position)
+    distances = segment_distance(starts, ends, body)
+    clear = LineOfSight(ObstacleScene([body])).clear(starts, ends)
+    assert distances[clear].min() > -MAX_PENETRATION - 1e-5
+    assert np.all(clear[distances > 1e-5])
+
+
 def test_a_thin_plate_is_in_the_way() -> None:
     plate = Obstacle("box", (0.0, 0.0, 0.0), size=(1.0, 1.0, 0.0008))
     points = np.array([[0.0, 0.0, -0.1], [0.0, 0.1, 0.1]])

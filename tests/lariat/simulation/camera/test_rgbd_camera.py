@@ -27,6 +27,8 @@ BODIES = (
     Obstacle("box", (0.15, 0.05, 0.1), TILT, size=(0.05, 0.1, 0.15)),
     Obstacle("sphere", (0.0, 0.1, 0.15), radius=0.05),
     Obstacle("capsule", (0.0, -0.15, 0.08), TILT, radius=0.03, height=0.1),
+    Obstacle("cone", (0.12, -0.2, 0.08), TILT, radius=0.05, height=0.12),
+    Obstacle("cone", (-0.12, -0.2, 0.08), (0.0, 1.0, 0.0, 0.0), radius=0.05, height=0.12),
 )
 
 

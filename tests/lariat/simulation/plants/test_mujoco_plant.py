@@ -29,6 +29,7 @@ BODIES = {
     "box": Obstacle("box", (0.0, 0.0, 0.1), TILT, size=(0.1, 0.08, 0.16)),
     "sphere": Obstacle("sphere", (0.0, 0.0, 0.12), radius=0.06),
     "capsule": Obstacle("capsule", (0.0, 0.0, 0.1), TILT, radius=0.05, height=0.06),
+    "cone": Obstacle("cone", (0.0, 0.0, 0.1), (0.0, 1.0, 0.0, 0.0), radius=0.06, height=0.16),
     "half_space": Obstacle("half_space", (0.0, 0.0, 0.18), normal=(0.05, 0.1, 1.0)),
 }
 

@@ -19,7 +19,7 @@ Kernel = Callable[[Int32[np.ndarray, "k"], Float64[np.ndarray, "m"], int], Calla
 SOURCE = KernelSource(
     "rod",
     "lariat.rod.kernels.rollout:roll_out",
-    ("lariat.rod.kernels", "lariat.rod.launch.codes", "lariat.rod.launch.layout"),
+    ("lariat.rod.kernels", "lariat.rod.launch.codes", "lariat.rod.launch.layout", "lariat.shapes"),
     "lariat.rod.launch.trials:trials",
 )
 """The rod's kernel."""

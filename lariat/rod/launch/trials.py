@@ -35,7 +35,9 @@ def trials() -> list[Trial]:
     bar = Obstacle(
         "capsule", (0.2, 0.0, 0.285), (0.7071, 0.7071, 0.0, 0.0), radius=0.01, height=1.0
     )
-    scene = pack([bar, Obstacle("box", (0.3, 0.0, 0.2), size=(0.1, 0.1, 0.17))])
+    box = Obstacle("box", (0.3, 0.0, 0.2), size=(0.1, 0.1, 0.17))
+    cone = Obstacle("cone", (0.1, 0.0, 0.24), radius=0.05, height=0.1)
+    scene = pack([bar, box, cone])
     rng = np.random.default_rng(0)
     actions = rng.uniform(-0.3, 0.3, (2, 3, 2, 6))
     cost = rng.standard_normal((2, 3, 12, 3))

@@ -12,17 +12,17 @@ PACKAGE = "lariat.simulation.camera"
 KERNELS = f"{PACKAGE}.kernels"
 
 
-def _source(module: str, function: str) -> KernelSource:
+def _source(module: str, function: str, *others: str) -> KernelSource:
     return KernelSource(
         f"camera-{module}",
         f"{KERNELS}.{module}:{function}",
-        tuple(f"{KERNELS}.{name}" for name in (module, "rays", "depths")),
+        (*(f"{KERNELS}.{name}" for name in (module, "rays", "depths")), *others),
         f"{PACKAGE}.kernel_trials:{module}",
         Path(__file__).parents[3],
     )
 
 
-BODIES = _source("bodies", "draw_bodies")
+BODIES = _source("bodies", "draw_bodies", "lariat.shapes")
 PLATES = _source("plates", "draw_plates")
 ROPE = _source("rope", "draw_rope")
 EDGES = _source("edges", "disturb_edges")

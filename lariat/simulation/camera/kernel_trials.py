@@ -25,6 +25,7 @@ def bodies() -> list[Trial]:
         Obstacle("box", (0.0, 0.1, 0.8), q, size=(0.2, 0.1, 0.3)),
         Obstacle("sphere", (0.3, 0.1, 0.9), q, radius=0.12),
         Obstacle("capsule", (0.1, -0.2, 0.7), q, radius=0.05, height=0.2),
+        Obstacle("cone", (-0.1, 0.2, 0.7), q, radius=0.08, height=0.2),
     ]
     image = _image()
     tints = np.random.default_rng(0).uniform(0.0, 255.0, (len(obstacles), 3))

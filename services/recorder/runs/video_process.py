@@ -65,7 +65,7 @@ class VideoProcess:
         """Begin to make the video of a run.
 
         Raises:
-            RunRefused: Another video is being made, the run is too long, or OpenCV is missing.
+            RunRefused: Another video is being made, the run is too long, or PyAV is missing.
             OSError: The process cannot be started.
         """
         if self._making is not None:
@@ -78,8 +78,8 @@ class VideoProcess:
                 f"the run took {run.duration:.0f} s, and a video from the page {LONGEST_RUN:.0f} s "
                 f"at most; `{command}` makes longer ones"
             )
-        if find_spec("cv2") is None:
-            raise RunRefused(f"this recorder has no OpenCV; `{command}` makes it elsewhere")
+        if find_spec("av") is None:
+            raise RunRefused(f"this recorder has no PyAV; `{command}` makes it elsewhere")
         folder = TemporaryFolder("lariat-video-")
         program = [sys.executable, "-P", "-m", "shared.film", *map(str, files)]
         program += ["--output", str(folder.path / NAME), *self._settings]

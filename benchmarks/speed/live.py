@@ -2,7 +2,7 @@
 
 Every service publishes statistics of its step times once a second. The figures are medians of these
 over the recording, so that a warm-up or a single late step does not dominate; the maximum is that
-of all steps. With `--attach` a running stack is sampled instead, and its time is told by stage.
+of all steps.
 """
 
 from __future__ import annotations
@@ -21,18 +21,14 @@ import tyro
 from benchmarks.conditions import Conditions
 from benchmarks.result_block import show
 from benchmarks.speed.camera_to_arm import latencies, latency_table
-from benchmarks.speed.stages import attached
 from lariat.configuration import ConfigurationError
 from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import ArmStates, Health
 from shared.recording import Recording
-from stack.client import Cell
 
 RECORDING_FOLDER = Path("recordings")
 """Folder of the recordings of `lariat up`."""
-LOCAL = Cell()
-"""Stack on this machine."""
 MOTION_WINDOW = SECOND // 8
 """Resolution at which motion of the arms is noted [ns]."""
 
@@ -64,32 +60,21 @@ class StepTimes:
 def run(
     file: Annotated[Path | None, tyro.conf.Positional] = None,
     /,
-    attach: int | None = None,
-    profiles: Path | None = None,
     json: bool = False,
-    cell: Annotated[Cell, tyro.conf.arg(name="")] = LOCAL,
 ) -> int:
     """Print the step times and the latency of a live run, from its recording.
 
     The caption names plant, sensing and adaptation of the recorded scenario. Latency is the time
-    from the exposure of an image until a process publishes what rests on it. With --attach, py-spy
-    samples the processes of a stack that runs on this machine, which are then told by stage.
+    from the exposure of an image until a process publishes what rests on it.
 
     Examples:
       lariat bench speed live
       lariat bench speed live recordings/2026-01-31_12-00-00_three-cylinders.mcap
-      lariat bench speed live --attach 20 --profiles profiles
 
     Args:
         file: Recording of `lariat up`; by default the newest one in recordings/.
-        attach: Sample a running stack for so many seconds, and read no recording.
-        profiles: Folder for the sampled call stacks, one file a process in speedscope's format.
         json: Print one JSON object instead of a table.
-        cell: Address of the stack that is sampled.
     """
-    if attach is not None:
-        attached.run(attach, cell, profiles, json=json)
-        return 0
     path = file or _newest()
     try:
         recording = Recording.open(path)

@@ -83,9 +83,7 @@ class CollisionConstraint:
         gaps = np.min(np.where(near, gaps, np.inf), axis=1)
         coarse = np.min(gaps, axis=0) >= EXACT_SLACK
         slack = np.minimum(slack, np.min(gaps[:, coarse], axis=1, initial=np.inf))
-        for column in np.flatnonzero(~coarse):
-            spheres = np.flatnonzero(near[:, column])
-            exact = signed_distance(centres[:, spheres], scene.solids[columns[column]])
-            exact -= radii[spheres] + self.keep_out
-            slack = np.minimum(slack, np.min(exact, axis=1))
-        return slack
+        spheres, fine = np.nonzero(near & ~coarse)
+        exact = scene.solid_distances(centres[:, spheres], columns[fine])
+        exact -= radii[spheres] + self.keep_out
+        return np.minimum(slack, np.min(exact, axis=1, initial=np.inf))

@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
+from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
+from lariat.shapes import SHAPES
 
 
 class ObstacleScene:
@@ -21,6 +23,29 @@ class ObstacleScene:
         """Centres of the solids' bounding spheres [m]."""
         self.radii = np.array([o.bounding_radius for o in self.solids])
         """Radii of the solids' bounding spheres [m]."""
+        self._shapes = np.array([o.shape for o in self.solids])
+        turns = np.array([o.orientation for o in self.solids]).reshape(-1, 4)
+        self._rotations = poses.matrix(turns)
+        self._sizes = np.array([o.packed_sizes for o in self.solids]).reshape(-1, 3)
+        self._signs = np.array([-1.0 if o.keep_in else 1.0 for o in self.solids])
+
+    def solid_distances(
+        self, points: Float64[np.ndarray, "m p 3"], columns: Int64[np.ndarray, "p"]
+    ) -> Float64[np.ndarray, "m p"]:
+        """Return the signed distances of p points at m poses, each from a solid of its own [m].
+
+        Args:
+            points: Points [m].
+            columns: Number of the solid of each point.
+        """
+        offsets = points - self.centres[columns]
+        local = np.einsum("mpi,pij->mpj", offsets, self._rotations[columns])
+        result = np.empty(offsets.shape[:2])
+        for shape in sorted(set(self._shapes[columns])):
+            of_shape = np.flatnonzero(self._shapes[columns] == shape)
+            sizes = self._sizes[columns[of_shape]]
+            result[:, of_shape] = SHAPES[shape].distance(sizes, local[:, of_shape])
+        return self._signs[columns] * result
 
     def touched(
         self, starts: Float64[np.ndarray, "m 3"], ends: Float64[np.ndarray, "m 3"]

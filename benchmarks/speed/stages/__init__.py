@@ -1,1 +1,0 @@
-"""Time by stage of the loop, from samples of the running processes."""

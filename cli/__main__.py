@@ -100,8 +100,8 @@ def _run(arguments: Sequence[str] | None) -> int:
     argv = _verb_first(argv)
     verb, *rest = argv
     if verb not in VERBS:
-        way_out = did_you_mean(verb, VERBS) or " `lariat --help` lists them"
-        return _refuse(f"unknown verb {verb!r};{way_out}")
+        hint = did_you_mean(verb, VERBS) or " `lariat --help` lists them"
+        return _refuse(f"unknown verb {verb!r};{hint}")
     if verb == "bench":
         return _bench(rest)
     return _call(VERBS[verb][0], f"lariat {verb}", rest)

@@ -133,8 +133,8 @@ def read(path: Path) -> Motion:
             values = [stored[key] for key in MOTION_KEYS]
     except FileNotFoundError as error:
         meant = did_you_mean_file(path)
-        way_out = f";{meant}" if meant else ""
-        raise ConfigurationError(f"{path}: there is no such file{way_out}") from error
+        hint = f";{meant}" if meant else ""
+        raise ConfigurationError(f"{path}: there is no such file{hint}") from error
     except ConfigurationError:
         raise
     except (OSError, ValueError, EOFError, AttributeError, TypeError, zipfile.BadZipFile) as error:

@@ -152,8 +152,8 @@ def replay(
     results: list[ReplayResult] = []
     for name in names:
         if name not in services.ALL:
-            way_out = did_you_mean(name, services.ALL) or f" use one of {', '.join(services.ALL)}"
-            raise ConfigurationError(f"--service {name}: no such service;{way_out}")
+            hint = did_you_mean(name, services.ALL) or f" use one of {', '.join(services.ALL)}"
+            raise ConfigurationError(f"--service {name}: no such service;{hint}")
         try:
             results.extend(_replay_service(recording, scenario, name, console))
         except NotReplayable as reason:

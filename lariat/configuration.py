@@ -57,9 +57,9 @@ class Extensible:
         parts = [*module.split("."), attribute] if colon else []
         if name in known or (colon and all(part.isidentifier() for part in parts)):
             return
-        way_out = did_you_mean(name, known) or " or give 'package.module:Class'"
+        hint = did_you_mean(name, known) or " or give 'package.module:Class'"
         options = ", ".join(repr(each) for each in known)
-        raise ConfigurationError(f"{key} = {name!r} is not one of {options};{way_out}")
+        raise ConfigurationError(f"{key} = {name!r} is not one of {options};{hint}")
 
 
 def read(kind: type[T], table: Mapping[str, Any], path: str = "") -> T:
@@ -118,8 +118,8 @@ def parse_value(text: str) -> Any:
 
 
 def _unknown(key: str, known: list[str], path: str) -> str:
-    way_out = did_you_mean(key, known) or f" known keys: {', '.join(known)}"
-    return f"unknown key {key!r} in [{path or 'top level'}];{way_out}"
+    hint = did_you_mean(key, known) or f" known keys: {', '.join(known)}"
+    return f"unknown key {key!r} in [{path or 'top level'}];{hint}"
 
 
 def _value(hint: Any, value: Any, key: str) -> Any:
@@ -142,8 +142,8 @@ def _value(hint: Any, value: Any, key: str) -> Any:
         if value not in get_args(hint):
             options = ", ".join(repr(a) for a in get_args(hint))
             meant = did_you_mean(str(value), [str(a) for a in get_args(hint)])
-            way_out = f";{meant}" if meant else ""
-            raise ConfigurationError(f"{key} = {value!r} is not one of {options}{way_out}")
+            suggestion = f";{meant}" if meant else ""
+            raise ConfigurationError(f"{key} = {value!r} is not one of {options}{suggestion}")
         return value
     if origin is dict:
         return _table(get_args(hint)[1], value, key)

@@ -120,10 +120,10 @@ def write(recordings: tuple[Recording, ...], to: Format, path: Path) -> str:
             return files.write(recordings, path)
         case "video" | "gif":
             # Imported late: only these formats need OpenCV and Pillow.
-            from shared.film import film, gif
+            from shared.video import gif, video
 
             if to == "gif":
                 duration = gif.write_gif(recording, path)
             else:
-                duration = film.write_video(recordings, path)
+                duration = video.write_video(recordings, path)
             return f"{path}: {duration:.0f} s"

@@ -40,7 +40,7 @@ from stack.launcher.programs import (
 from stack.scenario_manager.campaign.campaigns import Campaigns
 from stack.scenario_manager.campaign.trial_process import TrialOptions
 from stack.scenario_manager.library import ScenarioLibrary, write
-from stack.scenario_manager.scenario_manager import CellSwitch
+from stack.scenario_manager.scenario_manager import ScenarioManager
 
 RECORDINGS = RecorderOptions().folder
 """Folder of the recorder."""
@@ -114,7 +114,7 @@ def run(options: UpOptions, fork_server: ForkServer) -> int:
             page += ["--password-file", str(options.dashboard_password_file.resolve())]
         library = ScenarioLibrary(options.saved_scenarios, scenario)
         campaigns = Campaigns(CAMPAIGN_FOLDER, folder / "campaign", _trial_command)
-        switch = CellSwitch(library, scenario, folder / "started", _check_command, campaigns)
+        switch = ScenarioManager(library, scenario, folder / "started", _check_command, campaigns)
         hub = BusOptions(options.namespace, connect=(), listen=(endpoint,), settings=settings)
         with buses.open(hub, "lariat") as bus:
             _await_check(check)
@@ -176,7 +176,7 @@ def _check_emulator_ports(side: Side) -> None:
         _check_free(EMULATOR_HOSTS[side], port, f"the emulator of ends.{side} needs it")
 
 
-def _check_free(host: str, port: int, way_out: str) -> None:
+def _check_free(host: str, port: int, hint: str) -> None:
     with socket.socket() as probe:
         # As servers do: a port whose connection ended a moment ago is free.
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -184,5 +184,5 @@ def _check_free(host: str, port: int, way_out: str) -> None:
             probe.bind((host, port))
         except (OSError, OverflowError) as error:
             raise ConfigurationError(
-                f"port {port} of {host} cannot be opened ({error}); {way_out}"
+                f"port {port} of {host} cannot be opened ({error}); {hint}"
             ) from None

@@ -82,7 +82,7 @@ class _Ring:
             yield sample
 
 
-class _Door:
+class _BaseSubscription:
     """Common part of subscriptions: their messages, and the counts of those that are missing."""
 
     def __init__(
@@ -116,7 +116,7 @@ class _Door:
             yield raw
 
 
-class RawSubscription(_Door):
+class RawSubscription(_BaseSubscription):
     """Subscription to all topics of the cell; messages are checked, and returned as bytes."""
 
     def __init__(
@@ -153,7 +153,7 @@ class RawSubscription(_Door):
         return self._check.decode(topic, raw) is not None
 
 
-class Subscription(_Door):
+class Subscription(_BaseSubscription):
     """Subscription to one topic, or to all keys of a topic with a placeholder; decodes messages."""
 
     def __init__(

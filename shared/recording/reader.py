@@ -195,10 +195,9 @@ class Recording:
         try:
             stream = self.path.open("rb")
         except OSError as error:
-            way_out = did_you_mean_file(self.path) if isinstance(error, FileNotFoundError) else ""
+            hint = did_you_mean_file(self.path) if isinstance(error, FileNotFoundError) else ""
             raise ValueError(
-                f"cannot read recording {self.path}: {error.strerror or error}"
-                f"{way_out and f';{way_out}'}"
+                f"cannot read recording {self.path}: {error.strerror or error}{hint and f';{hint}'}"
             ) from error
         with stream:
             bounded: Any = _BoundedStream(stream)

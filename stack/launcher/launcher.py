@@ -31,7 +31,7 @@ from shared.runtime.clock import SystemClock
 from stack.launcher.console import ProcessConsole
 from stack.launcher.fork_server import ForkServer
 from stack.launcher.process import Process, Program
-from stack.scenario_manager.scenario_manager import CellCondition, CellSwitch
+from stack.scenario_manager.scenario_manager import CellCondition, ScenarioManager
 
 WATCH_PERIOD = 0.05
 """Longest time between two checks of all processes [s]."""
@@ -59,7 +59,7 @@ class Launcher:
         programs: Sequence[Program],
         bus: Bus,
         console: ProcessConsole,
-        switch: CellSwitch | None = None,
+        switch: ScenarioManager | None = None,
         programs_of: Callable[[Path], Sequence[Program]] | None = None,
         fork_server: ForkServer | None = None,
     ) -> None:

@@ -40,7 +40,7 @@ class _Check:
     process: subprocess.Popen[str]
 
 
-class CellSwitch:
+class ScenarioManager:
     """Scenario that runs, the one that shall follow, and answers to requests."""
 
     def __init__(

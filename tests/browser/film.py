@@ -16,14 +16,14 @@ from pathlib import Path
 import cv2
 import tyro
 
-from shared.film import film, gif
-from shared.film.film import FilmSettings, Picture
-from shared.film.recorded_run import RecordedRun
 from shared.recording import Recording
+from shared.video import film, gif
+from shared.video.recorded_run import RecordedRun
+from shared.video.video import Picture, VideoSettings
 from tests.browser.chromium import opened
 from tests.browser.stack import free_port
 
-FILM = FilmSettings(size=(960, 540), rate=15)
+FILM = VideoSettings(size=(960, 540), rate=15)
 """Settings of the film."""
 PAGE_SIZE = (1280, 720)
 """Columns and rows of the page [pixels]."""
@@ -35,7 +35,7 @@ PAGE_PERIOD = 0.15
 """Time of the recording between two pictures of the page [s]."""
 PAGE_SETTLING_TIME = 0.4
 """Time that the page gets to draw another moment [s]."""
-PAGE_GIF = FilmSettings(size=(720, 405), rate=7)
+PAGE_GIF = VideoSettings(size=(720, 405), rate=7)
 """Settings of the page's GIF."""
 TITLE_TIME = 4.0
 """Time for which a title is shown [s]."""
@@ -160,7 +160,7 @@ def page_pictures(file: Path, folder: Path) -> list[Path]:
     return pictures
 
 
-def resized(file: Path, settings: FilmSettings) -> Picture:
+def resized(file: Path, settings: VideoSettings) -> Picture:
     """Return the picture of a file in the size of a film."""
     picture = cv2.imread(str(file))
     assert picture is not None

@@ -20,7 +20,7 @@ from stack.launcher.launcher import Launcher
 from stack.launcher.process import Program, process_environment
 from stack.scenario_manager.campaign.campaigns import Campaigns
 from stack.scenario_manager.library import ScenarioLibrary
-from stack.scenario_manager.scenario_manager import CellSwitch
+from stack.scenario_manager.scenario_manager import ScenarioManager
 
 
 def main() -> int:
@@ -46,7 +46,7 @@ def main() -> int:
         library = ScenarioLibrary(Path(folder, "saved"), first)
         check = [sys.executable, "-S", "-c", ""]
         trials = Campaigns(Path(folder, "tables"), Path(folder, "trials"), lambda *_: check[1:])
-        switch = CellSwitch(library, first, Path(folder, "started"), lambda _: check, trials)
+        switch = ScenarioManager(library, first, Path(folder, "started"), lambda _: check, trials)
         launcher = Launcher(programs, bus, ProcessConsole(sys.stderr), switch, programs_of, forks)
         return launcher.run(lambda seconds: print("all ready", flush=True))
 

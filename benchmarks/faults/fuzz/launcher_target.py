@@ -20,7 +20,7 @@ from stack.launcher.launcher import Launcher
 from stack.launcher.process import Program
 from stack.scenario_manager.campaign.campaigns import Campaigns
 from stack.scenario_manager.library import ScenarioLibrary
-from stack.scenario_manager.scenario_manager import CellSwitch
+from stack.scenario_manager.scenario_manager import ScenarioManager
 from stack.simulation.simulated_time import START, Delivery
 
 CHECK = (sys.executable, "-S", "-c", "")
@@ -47,7 +47,9 @@ class LauncherTarget:
             first = find("three-cylinders")
             library = ScenarioLibrary(Path(folder, "saved"), first)
             trials = Campaigns(Path(folder, "tables"), Path(folder, "trials"), lambda *_: CHECK[1:])
-            switch = CellSwitch(library, first, Path(folder, "started"), lambda _: CHECK, trials)
+            switch = ScenarioManager(
+                library, first, Path(folder, "started"), lambda _: CHECK, trials
+            )
             console = ProcessConsole(io.StringIO())
             launcher = Launcher((PROGRAM,), bus, console, switch, lambda _: (PROGRAM,))  # pyright: ignore[reportArgumentType]
             try:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.control.run.node_drag_solver import Sculptor
+from lariat.control.run.node_drag_solver import NodeDragSolver
 from lariat.control.run.task import RequestRefused
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, chain_clearance, pack_supports
@@ -150,7 +150,9 @@ class GoalFactory:
         """
         movable = [self.scenario.end(side).driver != "fixed" for side in SIDES]
         try:
-            return Sculptor(self.rod, movable).pull(grips, *pull, turns, pack_supports(obstacles))
+            return NodeDragSolver(self.rod, movable).pull(
+                grips, *pull, turns, pack_supports(obstacles)
+            )
         except ValueError as error:
             raise RequestRefused(str(error)) from error
 

@@ -29,7 +29,7 @@ GRIP_WEIGHT = 0.02
 """Cost of a grip's displacement, relative to the mean displacement of the nodes [-]."""
 
 
-class Sculptor:
+class NodeDragSolver:
     """Solver for the grips of a shape that is pulled at a node."""
 
     def __init__(self, rod: Rod, movable: Sequence[bool]) -> None:

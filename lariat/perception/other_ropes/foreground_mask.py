@@ -13,11 +13,11 @@ from lariat.geometry.cameras import Camera
 from lariat.geometry.obstacles import Obstacle, scene_distance
 from lariat.perception.centerline.estimate import CenterlineEstimate
 from lariat.perception.centerline.segmentation import Region
-from lariat.perception.other_ropes.relative_depth import SmoothDepth, near_mask, nearness
+from lariat.perception.other_ropes.relative_depth import SmoothDepth, near_mask, relative_depth
 
 MAX_DIAMETER = 0.03
 """Diameter up to which a thing is thin [m]."""
-LEAST_NEARNESS = 0.4
+LEAST_RELATIVE_DEPTH = 0.4
 """Least distance from what lies behind it, in diameters of the held rope [-]."""
 MAX_RANGE = 1.5
 """Depth above which nothing is sought, for noise grows with it, relative to that of the farthest
@@ -63,9 +63,9 @@ class KnownScene:
     """Capsules of the grippers."""
 
 
-def least_nearness(known: KnownScene) -> float:
+def least_relative_depth(known: KnownScene) -> float:
     """Return the least distance of a thing from what lies behind it [m]."""
-    return LEAST_NEARNESS * 2.0 * known.radius
+    return LEAST_RELATIVE_DEPTH * 2.0 * known.radius
 
 
 def widest(camera: Camera, far: float) -> int:
@@ -99,8 +99,11 @@ def unexplained(
     focus = camera.intrinsics.fx
     nodes, z = camera.project(known.rope.positions)
     far = float(np.max(z))
-    least, min_length = scale.least_share * least_nearness(known), scale.min_length * focus / far
-    difference = nearness(smooth.depth, widest(camera, far))
+    least, min_length = (
+        scale.least_share * least_relative_depth(known),
+        scale.min_length * focus / far,
+    )
+    difference = relative_depth(smooth.depth, widest(camera, far))
     sigma = scale.least_share * depth_sigma
     mask = near_mask(difference, smooth, least, sigma, MAX_RANGE * far)
     _erase_rope(mask, nodes, focus / z, known, scale.rope_margin)

@@ -65,7 +65,7 @@ def reduced(depth: UInt16[np.ndarray, "h w"], factor: int) -> SmoothDepth:
     return SmoothDepth(mean, count)
 
 
-def nearness(depth: UInt16[np.ndarray, "h w"], max_width: int) -> UInt16[np.ndarray, "h w"]:
+def relative_depth(depth: UInt16[np.ndarray, "h w"], max_width: int) -> UInt16[np.ndarray, "h w"]:
     """Return how much nearer each pixel is than what lies around it [mm].
 
     The closing of the image by a square, less the image (black top-hat, Meyer 1979): what is at

@@ -13,7 +13,7 @@ from lariat.geometry.poses import Pose
 from lariat.perception.centerline.estimate import CenterlineEstimate
 from lariat.perception.other_ropes.foreground_mask import KnownScene
 from lariat.perception.other_ropes.other_ropes import SeenLine, is_away
-from lariat.perception.other_ropes.thin_structures import RgbdView, thin_things
+from lariat.perception.other_ropes.thin_structures import RgbdView, thin_structures
 from lariat.perception.tracking.centerline_tracker import MAX_LEARNT_P_WRONG
 from lariat.scenario.sections import Limits
 
@@ -73,5 +73,5 @@ class SearchBeside:
         lines = [SeenLine(line.points, self._diameter) for line in estimate.others if sure]
         grippers = gripper_capsules(*grips, self._limits.gripper_reach, self._limits.gripper_radius)
         known = KnownScene(estimate, 0.5 * self._diameter, obstacles, grippers)
-        found = [line for view in views for line in thin_things(view, known, self._depth_sigma)]
+        found = [line for view in views for line in thin_structures(view, known, self._depth_sigma)]
         return lines + [line for line in found if is_away(line.points, grips)]

@@ -25,7 +25,7 @@ from lariat.perception.other_ropes.foreground_mask import (
     MAX_DIAMETER,
     KnownScene,
     Scale,
-    least_nearness,
+    least_relative_depth,
     unexplained,
     widest,
 )
@@ -70,7 +70,7 @@ class RgbdView:
     """Bias of every depth [m]."""
 
 
-def thin_things(view: RgbdView, known: KnownScene, depth_sigma: float) -> list[SeenLine]:
+def thin_structures(view: RgbdView, known: KnownScene, depth_sigma: float) -> list[SeenLine]:
     """Return the thin things in images that nothing known explains, longest first.
 
     A smaller image tells where to look.
@@ -130,7 +130,7 @@ def _lines(
         outward = poses.normalized(camera.rays(line.pixels))
         points = line.points + (0.5 * diameter - known.radius) * outward
         length = polylines.length(polylines.resample(points, max(2, len(points) // 5)))
-        thin = least_nearness(known) < diameter < MAX_DIAMETER
+        thin = least_relative_depth(known) < diameter < MAX_DIAMETER
         if thin and length > max(MIN_LENGTH, MIN_SLENDERNESS * diameter):
             found.append(SeenLine(points, diameter))
     return found

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle
-from lariat.safety.constraints.known_paths import KnownPaths
+from lariat.safety.constraints.geodesic_cache import GeodesicCache
 from lariat.safety.constraints.obstacle_scene import ObstacleScene
 from lariat.safety.constraints.shortest_path import PathSearch, ShortPath, joined
 
@@ -29,7 +29,7 @@ class RopeLengthConstraint:
     """Length of the shortest path round the obstacles between the grips.
 
     Paths are expensive, so a few are remembered, each of which bounds the length for all poses
-    nearby (`KnownPaths`). Where they do not suffice, another
+    nearby (`GeodesicCache`). Where they do not suffice, another
     one is searched, a few steps at every evaluation. Until it is found, what is not known to be
     short enough counts as too long.
     """
@@ -41,7 +41,7 @@ class RopeLengthConstraint:
             max_length: Longest permitted path between the grips [m].
         """
         self.max_length = max_length
-        self._paths = KnownPaths()
+        self._paths = GeodesicCache()
         self._search: PathSearch | None = None
         self._steps = SEARCH_STEPS
         self._joined = False

@@ -25,7 +25,7 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, signed_distance
 from lariat.safety.constraints.line_of_sight import MAX_PENETRATION, LineOfSight
 from lariat.safety.constraints.obstacle_scene import ObstacleScene
-from lariat.safety.constraints.taut_path import normals, pulled_tight, pushed_out, without_needless
+from lariat.safety.constraints.taut_path import normals, pushed_out, string_pulled, without_needless
 
 POINT_COUNTS = (5, 9, 17, 33)
 """Numbers of points of a band, refined in turn."""
@@ -221,7 +221,7 @@ def _search(
 def _tightened(path: ShortPath, sight: LineOfSight) -> Generator[None, None, ShortPath]:
     """Return a path pulled tight."""
     assert path.points is not None
-    pulling = pulled_tight(path.points, sight)
+    pulling = string_pulled(path.points, sight)
     while True:
         try:
             steps = next(pulling)

@@ -45,7 +45,7 @@ NORMAL_STEP = 1e-5
 Vertices = Float64[np.ndarray, "n 3"]
 
 
-def pulled_tight(points: Vertices, sight: LineOfSight) -> Generator[int, None, Vertices]:
+def string_pulled(points: Vertices, sight: LineOfSight) -> Generator[int, None, Vertices]:
     """Yield after each part how many steps of 0.1 ms it took; return ends and corners when taut.
 
     Args:

@@ -131,14 +131,14 @@ class SafetyState:
         """
         if not self.needs_acknowledgement:
             raise CommandRejected(f"nothing to acknowledge while {self.mode}: {self.detail}")
-        left, way_out = "acknowledged", "stands until it is resumed"
+        left, hint = "acknowledged", "stands until it is resumed"
         if self.approach_unfinished:
-            left, way_out = "unfinished_approach", "another approach to the start goes on"
+            left, hint = "unfinished_approach", "another approach to the start goes on"
         return replace(
             self,
             mode="holding",
             cause=left,
-            detail=f"acknowledged ({self.detail}); {way_out}",
+            detail=f"acknowledged ({self.detail}); {hint}",
             session=self.next_session,
             waiting_session="",
         )
@@ -150,9 +150,9 @@ class SafetyState:
             CommandRejected: Nothing has been acknowledged.
         """
         if not self.needs_resume:
-            way_out = "; acknowledge first" if self.needs_acknowledgement else ""
-            way_out = "; approach the start" if self.needs_approach else way_out
-            raise CommandRejected(f"nothing to resume while {self.mode}{way_out}")
+            hint = "; acknowledge first" if self.needs_acknowledgement else ""
+            hint = "; approach the start" if self.needs_approach else hint
+            raise CommandRejected(f"nothing to resume while {self.mode}{hint}")
         return self._free("resumed", self.session)
 
     # Events

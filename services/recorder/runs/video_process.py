@@ -81,7 +81,7 @@ class VideoProcess:
         if find_spec("av") is None:
             raise RunRefused(f"this recorder has no PyAV; `{command}` makes it elsewhere")
         folder = TemporaryFolder("lariat-video-")
-        program = [sys.executable, "-P", "-m", "shared.film", *map(str, files)]
+        program = [sys.executable, "-P", "-m", "shared.video", *map(str, files)]
         program += ["--output", str(folder.path / NAME), *self._settings]
         with (folder.path / ERRORS).open("wb") as errors:
             process = subprocess.Popen(

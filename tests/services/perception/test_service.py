@@ -118,7 +118,7 @@ def test_the_scene_is_published_once_a_second_and_on_every_change() -> None:
 @pytest.mark.parametrize(
     ("action", "obstacle", "reason"),
     [
-        (SceneRequest.ADD, {"name": "x", "shape": "cone", "position": [0, 0, 0]}, "cone"),
+        (SceneRequest.ADD, {"name": "x", "shape": "torus", "position": [0, 0, 0]}, "torus"),
         (SceneRequest.ADD, {"name": "x", "shape": "sphere", "radius": 0.1}, "position"),
         (
             SceneRequest.ADD,

@@ -50,7 +50,7 @@ def test_empty_scene_keeps_the_scenarios_bodies(gateway: RobotGatewayService) ->
     "obstacle",
     [
         Obstacle(name="far", shape="sphere", position=[NAN, 9.0, 9.0], radius=0.1),
-        Obstacle(name="far", shape="cone", position=[9.0, 9.0, 9.0]),
+        Obstacle(name="far", shape="torus", position=[9.0, 9.0, 9.0]),
         Obstacle(name="far", shape="sphere", position=[9.0], radius=0.1),
     ],
     ids=["not finite", "unknown shape", "wrong length"],

@@ -156,7 +156,7 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
             "right_positions has 6",
         ),
         (topics.CONTROLLER_PLAN, Plan(node_count=2, nodes=[0.0] * 7), "no chains"),
-        (topics.SCENE_STATE, Scene(obstacles=[Obstacle(name="o", shape="cone")]), "use one of"),
+        (topics.SCENE_STATE, Scene(obstacles=[Obstacle(name="o", shape="torus")]), "use one of"),
         (topics.SCENE_STATE, Scene(obstacles=[Obstacle()] * 300), "300 obstacles"),
         (
             topics.SCENE_STATE,

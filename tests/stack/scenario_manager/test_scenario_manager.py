@@ -12,12 +12,12 @@ from lariat.scenario import find, load
 from shared.messages import PAUSED, RUNNING, ArmStates, StackRequest, StackState, TaskState
 from stack.scenario_manager.campaign.campaigns import Campaigns
 from stack.scenario_manager.library import ScenarioLibrary
-from stack.scenario_manager.scenario_manager import CellCondition, CellSwitch
+from stack.scenario_manager.scenario_manager import CellCondition, ScenarioManager
 
 READY = CellCondition(TaskState(), ArmStates(mode=ArmStates.ARMED))
 
 
-class Switch(CellSwitch):
+class Switch(ScenarioManager):
     """A switch whose check takes any scenario, or none."""
 
     def __init__(

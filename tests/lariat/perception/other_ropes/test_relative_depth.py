@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.perception.other_ropes.relative_depth import nearness, reduced
+from lariat.perception.other_ropes.relative_depth import reduced, relative_depth
 
 
 @pytest.mark.parametrize("factor", [2, 3, 4])
@@ -35,6 +35,6 @@ def test_a_square_without_depth_has_the_farthest_around_it() -> None:
 def test_a_strip_is_as_much_nearer_as_it_lies_before_the_table() -> None:
     depth = np.full((60, 60), 900, np.uint16)
     depth[:, 30:34] = 880
-    difference = nearness(depth, 9)
+    difference = relative_depth(depth, 9)
     assert np.all(difference[10:50, 30:34] == 20)
     assert not np.any(difference[:, :30])

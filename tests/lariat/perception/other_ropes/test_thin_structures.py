@@ -13,7 +13,7 @@ from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.perception.centerline.estimate import CenterlineEstimate
 from lariat.perception.other_ropes.foreground_mask import KnownScene
 from lariat.perception.other_ropes.other_ropes import SeenLine
-from lariat.perception.other_ropes.thin_structures import RgbdView, thin_things
+from lariat.perception.other_ropes.thin_structures import RgbdView, thin_structures
 from lariat.simulation.camera.rgbd_camera import RGB, RgbdCamera, Tube
 from lariat.simulation.camera.sensor_noise import SensorNoise
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips
@@ -40,7 +40,7 @@ def found(
     images = RgbdCamera(camera, seed=seed).take(NODES, ROPE.radius, bodies, tubes=tubes)
     rope = CenterlineEstimate(NODES, np.full(len(NODES), 5e-4), np.ones(len(NODES), bool))
     view = RgbdView(lambda: images.color, images.depth, camera)
-    return thin_things(view, KnownScene(rope, ROPE.radius, [TABLE, *known], grippers), SIGMA)
+    return thin_structures(view, KnownScene(rope, ROPE.radius, [TABLE, *known], grippers), SIGMA)
 
 
 def distances(line: SeenLine, tube: Tube) -> Float64[np.ndarray, "k"]:
@@ -90,4 +90,4 @@ def test_where_the_whole_rope_is_hidden_nothing_is_said() -> None:
     images = RgbdCamera(CAMERA, seed=1).take(NODES, ROPE.radius, [TABLE], tubes=[tube])
     unseen = CenterlineEstimate(NODES, np.full(len(NODES), 0.05), np.zeros(len(NODES), bool))
     view = RgbdView(lambda: images.color, images.depth, CAMERA)
-    assert not thin_things(view, KnownScene(unseen, ROPE.radius, [TABLE], []), SIGMA)
+    assert not thin_structures(view, KnownScene(unseen, ROPE.radius, [TABLE], []), SIGMA)

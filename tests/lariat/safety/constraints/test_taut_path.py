@@ -7,7 +7,7 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, segment_distance
 from lariat.safety.constraints.line_of_sight import MAX_PENETRATION, LineOfSight
 from lariat.safety.constraints.obstacle_scene import ObstacleScene
-from lariat.safety.constraints.taut_path import pulled_tight
+from lariat.safety.constraints.taut_path import string_pulled
 
 POST = Obstacle("cylinder", (0.0, 0.0, 0.0), radius=0.1, height=4.0)
 BOX = Obstacle("box", (0.0, 0.0, 0.0), size=(0.2, 0.2, 2.0))
@@ -15,7 +15,7 @@ BOX = Obstacle("box", (0.0, 0.0, 0.0), size=(0.2, 0.2, 2.0))
 
 def tight(points: list[list[float]], body: Obstacle) -> np.ndarray:
     """Path pulled tight round a body, whose lines stay outside."""
-    pulling = pulled_tight(np.array(points), LineOfSight(ObstacleScene([body])))
+    pulling = string_pulled(np.array(points), LineOfSight(ObstacleScene([body])))
     for _ in range(200):
         try:
             next(pulling)

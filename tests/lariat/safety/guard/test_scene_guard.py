@@ -38,7 +38,7 @@ def test_empty_scene_leaves_the_scenarios_bodies_where_they_were_last(guard: Sce
         (replace(BALL, radius=float("inf")), "not finite"),
         (replace(BALL, radius=-0.1), "takes 0 < radius"),
         (replace(BALL, orientation=(2.0, 0.0, 0.0, 0.0)), "not a unit quaternion"),
-        (replace(BALL, shape="cone"), "use one of"),
+        (replace(BALL, shape="torus"), "use one of"),
         (replace(BALL, name=""), "needs a name"),
         (replace(POST, radius=0.001), "whose bodies only move"),
         (replace(TABLE, position=(0.0, 0.0, -1.0)), "whose bodies only move"),

@@ -9,8 +9,8 @@ from jaxtyping import Float64
 
 from lariat.geometry import Camera, Intrinsics, looking_at, poses
 from lariat.geometry.obstacles import Obstacle
-from shared.film.recorded_run import RecordedRun
-from shared.film.surfaces import surface
+from shared.video.recorded_run import RecordedRun
+from shared.video.surfaces import surface
 
 VIEW_ANGLE = 0.75
 """Horizontal angle of view [rad]."""

@@ -12,18 +12,18 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
-from shared.film.framing import Rectangle, Viewpoint, azimuth_of, frame, points_of
-from shared.film.picture import Painter
-from shared.film.recorded_run import RecordedRun
 from shared.recording import Recording
+from shared.video.framing import Rectangle, Viewpoint, azimuth_of, frame, points_of
+from shared.video.picture import Renderer
+from shared.video.recorded_run import RecordedRun
 
 Picture = UInt8[np.ndarray, "h w 3"]
 """Picture, blue first."""
 
 
 @dataclass(frozen=True)
-class FilmSettings:
-    """Size and duration of a film."""
+class VideoSettings:
+    """Size and duration of a video."""
 
     size: tuple[int, int] = (1280, 720)
     """Columns and rows [pixels]."""
@@ -35,7 +35,7 @@ class FilmSettings:
     """Time that a run stands still at its end [s]."""
 
 
-VIDEO = FilmSettings()
+VIDEO = VideoSettings()
 """Settings of a video."""
 CODEC = "libvpx-vp9"
 """Encoder of a video in an MP4 file: VP9, which browsers play."""
@@ -56,7 +56,7 @@ FONT = "sans"
 def write_video(
     recordings: Sequence[Recording],
     file: Path,
-    settings: FilmSettings = VIDEO,
+    settings: VideoSettings = VIDEO,
     watch: Callable[[float], None] | None = None,
 ) -> float:
     """Write a video of recorded runs, one after the other.
@@ -80,7 +80,7 @@ def write_video(
     return encode_video(pictures(), file, settings)
 
 
-def encode_video(pictures: Iterable[Picture], file: Path, settings: FilmSettings = VIDEO) -> float:
+def encode_video(pictures: Iterable[Picture], file: Path, settings: VideoSettings = VIDEO) -> float:
     """Write pictures as a video and return its duration [s].
 
     Raises:
@@ -105,22 +105,22 @@ def encode_video(pictures: Iterable[Picture], file: Path, settings: FilmSettings
     return count / settings.rate
 
 
-def picture_count(run: RecordedRun, settings: FilmSettings = VIDEO) -> int:
+def picture_count(run: RecordedRun, settings: VideoSettings = VIDEO) -> int:
     """Return the number of pictures of a run."""
     total = settings.title_time + run.duration + settings.rest_time
     return round(total * settings.rate)
 
 
-def run_pictures(run: RecordedRun, settings: FilmSettings = VIDEO) -> Iterator[Picture]:
+def run_pictures(run: RecordedRun, settings: VideoSettings = VIDEO) -> Iterator[Picture]:
     """Yield the pictures of a run."""
     rope, limits = run.scenario.rope, run.scenario.limits
     viewpoint, inset = _viewpoint(run, settings.size)
-    painter = Painter(settings.size, viewpoint.eye, viewpoint.target)
+    renderer = Renderer(settings.size, viewpoint.eye, viewpoint.target)
     title = run.scenario.description or run.scenario.name
     for k in range(picture_count(run, settings)):
         time = k / settings.rate - settings.title_time
         instant = run.at(min(max(time, 0.0), run.duration))
-        picture = painter.paint(instant, rope.diameter / 2.0, limits.gripper_radius)
+        picture = renderer.paint(instant, rope.diameter / 2.0, limits.gripper_radius)
         if instant.view is not None:
             _show_view(picture, instant.view, inset)
         _caption(picture, title, max(time, 0.0), 1e3 * instant.error)
@@ -128,7 +128,7 @@ def run_pictures(run: RecordedRun, settings: FilmSettings = VIDEO) -> Iterator[P
 
 
 def title_card(
-    title: str, lines: Sequence[str], duration: float, settings: FilmSettings = VIDEO
+    title: str, lines: Sequence[str], duration: float, settings: VideoSettings = VIDEO
 ) -> Iterator[Picture]:
     """Yield the pictures of a title.
 

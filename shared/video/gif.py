@@ -7,17 +7,17 @@ from pathlib import Path
 
 from PIL import Image
 
-from shared.film.film import FilmSettings, Picture, run_pictures
-from shared.film.recorded_run import RecordedRun
 from shared.recording import Recording
+from shared.video.recorded_run import RecordedRun
+from shared.video.video import Picture, VideoSettings, run_pictures
 
-GIF = FilmSettings(size=(480, 288), rate=12, title_time=1.0)
+GIF = VideoSettings(size=(480, 288), rate=12, title_time=1.0)
 """Settings of a GIF."""
 GIF_COLORS = 64
 """Number of colours of a GIF."""
 
 
-def write_gif(recording: Recording, file: Path, settings: FilmSettings = GIF) -> float:
+def write_gif(recording: Recording, file: Path, settings: VideoSettings = GIF) -> float:
     """Write a GIF of a recorded run.
 
     Returns:
@@ -29,7 +29,7 @@ def write_gif(recording: Recording, file: Path, settings: FilmSettings = GIF) ->
     return encode_gif(run_pictures(RecordedRun(recording), settings), file, settings)
 
 
-def encode_gif(pictures: Iterable[Picture], file: Path, settings: FilmSettings = GIF) -> float:
+def encode_gif(pictures: Iterable[Picture], file: Path, settings: VideoSettings = GIF) -> float:
     """Write pictures as a GIF and return its duration [s]."""
     # One palette for all pictures, so that only what moves is stored; in it, small things keep
     # their colour.

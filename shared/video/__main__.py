@@ -8,10 +8,10 @@ from typing import Annotated
 
 import tyro
 
-from shared.film.film import FilmSettings, write_video
 from shared.recording import Recording
+from shared.video.video import VideoSettings, write_video
 
-SETTINGS = FilmSettings(size=(960, 540), rate=15, title_time=1.0, rest_time=1.0)
+SETTINGS = VideoSettings(size=(960, 540), rate=15, title_time=1.0, rest_time=1.0)
 """Settings of the video: a quarter of the time of `VIDEO`, because a cell runs beside."""
 NICENESS = 19
 """Scheduling priority, nice(2): a cell that runs comes first."""
@@ -21,7 +21,7 @@ def main(
     recordings: Annotated[tuple[Path, ...], tyro.conf.Positional],
     /,
     output: Path,
-    settings: FilmSettings = SETTINGS,
+    settings: VideoSettings = SETTINGS,
 ) -> None:
     """Write a video of recorded runs, one after the other.
 

@@ -17,9 +17,9 @@ from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import SIDES, Scenario, Side
 from lariat.trajectory import SECOND
 from shared import topics
-from shared.film.arm_bodies import arm_bodies
 from shared.messages import IDLE, chain, goal_of, obstacle_motions, scene_obstacles, stamp_of
 from shared.recording import Recording
+from shared.video.arm_bodies import arm_bodies
 
 STEM_RADIUS = 0.008
 """Radius of what joins an arm to its gripper [m]."""

@@ -12,11 +12,11 @@ from PIL import Image
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
-from shared.film import film, gif
-from shared.film.film import FilmSettings
-from shared.film.picture import ARM, GOAL, OTHER_ROPE, ROPE, SKY, Painter
-from shared.film.recorded_run import Instant, RecordedRun
 from shared.recording import Recording
+from shared.video import gif, video
+from shared.video.picture import ARM, GOAL, OTHER_ROPE, ROPE, SKY, Renderer
+from shared.video.recorded_run import Instant, RecordedRun
+from shared.video.video import VideoSettings
 
 RECORDING = Path(__file__).parents[2] / "replay" / "three-cylinders.mcap"
 SIZE = (160, 96)
@@ -62,33 +62,35 @@ def test_an_arm_reaches_to_the_end_that_it_holds():
 
 
 def test_an_arm_is_painted_before_what_it_hides():
-    painter = Painter(SIZE, (0.0, -1.0, 0.3), (0.0, 0.0, 0.15))
+    renderer = Renderer(SIZE, (0.0, -1.0, 0.3), (0.0, 0.0, 0.15))
     link = Obstacle("capsule", (0.0, -0.2, 0.1), radius=0.1, height=0.2)
-    image = painter.paint(replace(instant(), arms=(link,)), 0.01, 0.012)
+    image = renderer.paint(replace(instant(), arms=(link,)), 0.01, 0.012)
     assert pixels_near(image, ARM) > 50
-    free = painter.paint(instant(), 0.01, 0.012)
+    free = renderer.paint(instant(), 0.01, 0.012)
     assert pixels_near(image, ROPE) < 0.8 * pixels_near(free, ROPE)
 
 
 def test_a_body_hides_what_is_behind_it():
-    painter = Painter(SIZE, (0.0, -1.0, 0.3), (0.0, 0.0, 0.15))
+    renderer = Renderer(SIZE, (0.0, -1.0, 0.3), (0.0, 0.0, 0.15))
     wall = Obstacle("box", (0.0, -0.2, 0.1), size=(1.0, 0.02, 0.2))
     behind = Obstacle("box", (0.0, 0.2, 0.1), size=(1.0, 0.02, 0.2))
-    free = pixels_near(painter.paint(instant(), 0.01, 0.012), ROPE)
+    free = pixels_near(renderer.paint(instant(), 0.01, 0.012), ROPE)
     assert free > 50
-    assert pixels_near(painter.paint(instant(behind), 0.01, 0.012), ROPE) > 0.8 * free
-    assert pixels_near(painter.paint(instant(wall), 0.01, 0.012), ROPE) == 0
-    assert pixels_near(painter.paint(instant(wall), 0.01, 0.012), GOAL) > 20
+    assert pixels_near(renderer.paint(instant(behind), 0.01, 0.012), ROPE) > 0.8 * free
+    assert pixels_near(renderer.paint(instant(wall), 0.01, 0.012), ROPE) == 0
+    assert pixels_near(renderer.paint(instant(wall), 0.01, 0.012), GOAL) > 20
 
 
 @pytest.mark.parametrize("shape", ["box", "cylinder", "sphere", "capsule"])
 def test_a_body_is_as_large_as_its_projection(shape):
     body = Obstacle(shape, (0.0, 0.0, 0.1), radius=0.05, height=0.1, size=(0.1, 0.1, 0.1))
-    painter = Painter(SIZE, (0.0, -1.0, 0.1), (0.0, 0.0, 0.1), view=0.5)
+    renderer = Renderer(SIZE, (0.0, -1.0, 0.1), (0.0, 0.0, 0.1), view=0.5)
     away = instant(Obstacle("sphere", (9.0, 9.0, 0.1), radius=0.01))
     here = Instant(away.nodes + 5.0, (), away.goal + 5.0, away.path, (body,), (), 0.0)
     empty = Instant(here.nodes, (), here.goal, here.path, away.obstacles, (), 0.0)
-    changed = np.abs(painter.paint(here, 1e-3, 0.01).astype(int) - painter.paint(empty, 1e-3, 0.01))
+    changed = np.abs(
+        renderer.paint(here, 1e-3, 0.01).astype(int) - renderer.paint(empty, 1e-3, 0.01)
+    )
     columns = np.flatnonzero(changed[SIZE[1] // 2].max(axis=1) > 8)
     wide = SIZE[0] / (2.0 * np.tan(0.25)) * 0.1
     assert np.ptp(columns) + 1 == pytest.approx(wide, abs=5.0)
@@ -96,8 +98,8 @@ def test_a_body_is_as_large_as_its_projection(shape):
 
 def test_video_shows_runs_one_after_the_other(tmp_path: Path):
     recording, file = Recording.open(RECORDING), tmp_path / "film.mp4"
-    settings = FilmSettings(size=SIZE, rate=5, title_time=0.4, rest_time=0.2)
-    written = film.write_video((recording, recording), file, settings)
+    settings = VideoSettings(size=SIZE, rate=5, title_time=0.4, rest_time=0.2)
+    written = video.write_video((recording, recording), file, settings)
     duration = 2.0 * (0.6 + RecordedRun(recording).duration)
     assert written == pytest.approx(duration, abs=0.3)
     capture = cv2.VideoCapture(str(file))
@@ -111,12 +113,12 @@ def test_video_shows_runs_one_after_the_other(tmp_path: Path):
 
 def test_a_video_of_another_suffix_is_refused_by_name(tmp_path: Path):
     with pytest.raises(ValueError, match=r"\*\.mp4, got .*film\.avi"):
-        film.write_video((Recording.open(RECORDING),), tmp_path / "film.avi")
+        video.write_video((Recording.open(RECORDING),), tmp_path / "film.avi")
 
 
 def test_gif_lasts_as_long_as_its_run(tmp_path: Path):
     recording, file = Recording.open(RECORDING), tmp_path / "run.gif"
-    settings = FilmSettings(size=SIZE, rate=4, title_time=0.5, rest_time=0.5)
+    settings = VideoSettings(size=SIZE, rate=4, title_time=0.5, rest_time=0.5)
     gif.write_gif(recording, file, settings)
     with Image.open(file) as picture:
         shown = sum(_durations(picture)) / 1000.0
@@ -141,24 +143,24 @@ def _durations(picture: Image.Image):
 
 @pytest.mark.parametrize("title", ["Twist", "Obstacles that stand elsewhere than they should"])
 def test_a_title_ends_within_the_picture(title: str):
-    settings = FilmSettings(size=(480, 270), rate=5)
-    (picture,) = film.title_card(title, (), 0.2, settings)
+    settings = VideoSettings(size=(480, 270), rate=5)
+    (picture,) = video.title_card(title, (), 0.2, settings)
     written = np.flatnonzero((picture != picture[0, 0]).any(axis=(0, 2)))
     assert len(written) > 20
     assert written.max() < 0.92 * settings.size[0]
 
 
 def test_another_rope_is_painted():
-    painter = Painter(SIZE, (0.0, -1.0, 0.3), (0.0, 0.0, 0.15))
+    renderer = Renderer(SIZE, (0.0, -1.0, 0.3), (0.0, 0.0, 0.15))
     line = np.array([[-0.1, -0.1, 0.2], [0.1, -0.1, 0.2]])
-    both = painter.paint(replace(instant(), others=(line,)), 0.01, 0.012)
-    assert pixels_near(painter.paint(instant(), 0.01, 0.012), OTHER_ROPE) == 0
+    both = renderer.paint(replace(instant(), others=(line,)), 0.01, 0.012)
+    assert pixels_near(renderer.paint(instant(), 0.01, 0.012), OTHER_ROPE) == 0
     assert pixels_near(both, OTHER_ROPE) > 50
 
 
 def test_the_table_reaches_below_a_near_camera():
-    painter = Painter(SIZE, (0.3, -0.6, 0.5), (0.0, 0.0, 0.1))
-    image = painter.paint(instant(), 0.01, 0.012)
+    renderer = Renderer(SIZE, (0.3, -0.6, 0.5), (0.0, 0.0, 0.1))
+    image = renderer.paint(instant(), 0.01, 0.012)
     for column in (2, SIZE[0] // 2, SIZE[0] - 3):
         below = image[-6:, column].astype(int)
         assert np.abs(below - SKY).max(axis=1).min() > 10

@@ -11,7 +11,7 @@ from lariat.arms.installation import kinematics_of
 from lariat.geometry.obstacles import signed_distance
 from lariat.scenario import Scenario, load
 from lariat.scenario.shipped import find
-from shared.film.arm_bodies import arm_bodies
+from shared.video.arm_bodies import arm_bodies
 from stack.scenario_overrides import load_with
 from tests.robots import PANDA, UR5, Robot
 

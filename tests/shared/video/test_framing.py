@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from shared.film.film import AREA
-from shared.film.framing import AZIMUTH, Rectangle, azimuth_of, frame, points_of
-from shared.film.recorded_run import RecordedRun
 from shared.recording import Recording
+from shared.video.framing import AZIMUTH, Rectangle, azimuth_of, frame, points_of
+from shared.video.recorded_run import RecordedRun
+from shared.video.video import AREA
 
 SIZE = (480, 288)
 REPLAY = Path(__file__).parents[2] / "replay"

@@ -7,16 +7,16 @@ from pathlib import Path
 import pytest
 
 from cli.__main__ import main as lariat
-from shared.film import film, gif
-from shared.film.film import FilmSettings
+from shared.video import gif, video
+from shared.video.video import VideoSettings
 
 RECORDING = Path(__file__).parents[2] / "replay" / "three-cylinders.mcap"
-SMALL = FilmSettings(size=(160, 96), rate=2, title_time=0.0, rest_time=0.0)
+SMALL = VideoSettings(size=(160, 96), rate=2, title_time=0.0, rest_time=0.0)
 
 
 @pytest.fixture(autouse=True)
-def _small_films(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(film.write_video, "__defaults__", (SMALL, None))
+def _small_videos(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(video.write_video, "__defaults__", (SMALL, None))
     monkeypatch.setattr(gif.write_gif, "__defaults__", (SMALL,))
 
 

@@ -11,9 +11,9 @@ from jaxtyping import Float64, UInt8
 
 from lariat.geometry import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import Obstacle
-from shared.film.framing import VIEW_ANGLE
-from shared.film.recorded_run import Instant
-from shared.film.surfaces import surface
+from shared.video.framing import VIEW_ANGLE
+from shared.video.recorded_run import Instant
+from shared.video.surfaces import surface
 
 Color = tuple[int, int, int]
 """Colour: blue, green, red."""
@@ -39,8 +39,8 @@ FINE = 4
 """Number of binary digits of a pixel coordinate behind its point."""
 
 
-class Painter:
-    """Painter of instants, seen by one camera."""
+class Renderer:
+    """Renderer of instants, seen by one camera."""
 
     def __init__(
         self,

@@ -54,7 +54,7 @@ class KnownPath:
         return cls(path, inner[[0, -1]], polylines.length(inner))
 
 
-class KnownPaths:
+class GeodesicCache:
     """Remembered paths of one scene."""
 
     def __init__(self) -> None:

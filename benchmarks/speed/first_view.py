@@ -70,7 +70,7 @@ def first_view(browser: str, address: str) -> FirstView:
         page.evaluate(PAINT_SCRIPT)
         begun = time.time()
         page.goto(address)
-        # The door goes on to the page itself.
+        # The web server goes on to the page itself.
         page.wait_for_url(lambda url: "token=" not in url, wait_until="commit")
         page.locator("#root button").first.wait_for()
         usable = time.time()

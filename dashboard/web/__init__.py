@@ -1,1 +1,1 @@
-"""Door of the page: the only server that a browser reaches; it decides whom it admits."""
+"""Web server of the page: the only one that a browser reaches; it decides whom it admits."""

@@ -2,7 +2,7 @@
 
 viser acts on more than the page uses: a message may ask it to publish the page through a public
 tunnel, set any attribute of an element, or be stored and sent to every browser. Only the types
-below, with exactly these fields within these bounds, pass the door.
+below, with exactly these fields within these bounds, pass the web server.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ class HoldAnswer(msgspec.Struct, frozen=True):
 
 
 class Cell(Protocol):
-    """Cell whose arms the stop bar holds; its methods are called in the door's thread."""
+    """Cell whose arms the stop bar holds; its methods are called in the web server's thread."""
 
     def hold(self) -> Future[HoldAnswer]:
         """Stop the arms; the future is completed when the gateway has confirmed it."""
@@ -91,7 +91,7 @@ class CellSocket:
         self._decoder = msgspec.json.Decoder(Approach | Release | Seen | Ask | Answer)
 
     def show(self, status: str) -> None:
-        """Send a status, a JSON object, to every stop bar; called in the door's thread."""
+        """Send a status, a JSON object, to every stop bar; called in the web server's thread."""
         self._status = status
         self._controls.advance(time.monotonic())
         self._announce()

@@ -21,7 +21,7 @@ Role = Literal["holder", "watcher", "free"]
 class Controls:
     """Holder of the controls and the page that asks for them.
 
-    Pages are named by the part of their address that the door gave them. Times are those of one
+    Pages are named by the part of their address that the server gave them. Times are those of one
     monotonic clock [s].
     """
 

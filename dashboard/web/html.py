@@ -1,4 +1,4 @@
-"""Pages of the door itself, and the frame of viser's page."""
+"""Pages of the web server itself, and the frame of viser's page."""
 
 from __future__ import annotations
 

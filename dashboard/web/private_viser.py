@@ -1,7 +1,7 @@
 """viser on a socket that only this user reaches, whose elements any thread may change.
 
 viser listens on a TCP port, which every user of the machine may open. Here it listens on a Unix
-socket in a folder of mode 0700; the door is in front of it.
+socket in a folder of mode 0700; the web server is in front of it.
 """
 
 from __future__ import annotations

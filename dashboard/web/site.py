@@ -1,4 +1,4 @@
-"""Page of a process: viser on a private socket, and the door in front of it."""
+"""Page of a process: viser on a private socket, and the web server in front of it."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import viser
 from dashboard import palette
 from dashboard.options import DashboardOptions
 from dashboard.web.cell_socket import Cell
-from dashboard.web.door import Door
 from dashboard.web.private_viser import PrivateViser
+from dashboard.web.web_server import WebServer
 
 NOTIFICATION_DURATION = 8.0
 """Time for which a notification is shown [s]."""
 
 
 class Site:
-    """viser server and door, started and closed together."""
+    """viser server and web server, started and closed together."""
 
     def __init__(self, options: DashboardOptions, title: str, cell: Cell | None = None) -> None:
         """Start both.
@@ -32,20 +32,20 @@ class Site:
         self.viser: viser.ViserServer = self._private.server
         """Elements of the page."""
         try:
-            self._door = Door(options, self._private.path, title, cell)
+            self._web_server = WebServer(options, self._private.path, title, cell)
         except BaseException:
             self._private.close()
             raise
-        self.address: str = self._door.address
+        self.address: str = self._web_server.address
         """Address that a person opens."""
 
     def show_status(self, status: str) -> None:
         """Send a status, a JSON object, to the stop bar of every page."""
-        self._door.show(status)
+        self._web_server.show(status)
 
     def close(self) -> None:
         """Disconnect everybody and stop."""
-        self._door.close()
+        self._web_server.close()
         self._private.close()
 
 

@@ -260,7 +260,7 @@ class Cell:
     def _remarks(self, now: int) -> str:
         """Return what a person should know beside the state, in words."""
         power = self.arms.power_words if self.safety.mode == "disarmed" else ""
-        words = (power, self._writers.rivals(now), self._other_gateways.words(now))
+        words = (power, self._writers.competing_publishers(now), self._other_gateways.words(now))
         return "; ".join(word for word in words if word and word not in self.safety.detail)
 
     def _start_approach(self, now: int) -> None:

@@ -141,7 +141,7 @@ class OperatorControl:
         _reject_for(self._other_gateways.words(now))
         session = self._writers.next_session(now)
         if self._control.safety.mode == "disarmed":
-            _reject_for(self._writers.rivals(now))
+            _reject_for(self._writers.competing_publishers(now))
         if command.session != session:
             raise CommandRejected(
                 f"names the writer {command.session!r}, but it is {session!r}; look again"

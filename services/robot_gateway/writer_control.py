@@ -110,13 +110,13 @@ class WriterControl:
                 candidate = self._candidate(message)
             except ChunkRefused as refused:
                 # Who is not followed does not report refusals to the writer who is.
-                stranger = refused.rule == "ordered"
-                self._refuse(refused, None if stranger else message.sequence)
+                unknown = refused.rule == "ordered"
+                self._refuse(refused, None if unknown else message.sequence)
                 if refused.rule not in ("ordered", "fresh"):
                     # The writer is alive: the chunk before may run to its resting end.
                     self._watchdog.feed(message.received)
                 # Strangers and old messages are refused before their content is looked at.
-                looked_at += not stranger
+                looked_at += not unknown
             else:
                 looked_at += 1
                 taken += [candidate] if candidate else []
@@ -151,13 +151,13 @@ class WriterControl:
         writers = self._sources.writers(now)
         return writers[0] if len(writers) == 1 else ""
 
-    def rivals(self, now: int) -> str:
+    def competing_publishers(self, now: int) -> str:
         """Return which writers speak at once, in words; empty where at most one does.
 
         Args:
             now: Present time [ns].
         """
-        return self._sources.rivals(now)
+        return self._sources.competing_publishers(now)
 
     def _candidate(self, message: WriterChunk) -> Candidate | None:
         """Return a chunk that waits for its check; None while nothing is followed.

@@ -21,7 +21,7 @@ TIMEOUT = 10.0
 
 
 class Answer(NamedTuple):
-    """Answer of the page's door."""
+    """Answer of the page's web server."""
 
     status: int
     headers: Mapping[str, str]

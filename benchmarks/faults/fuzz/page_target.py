@@ -1,4 +1,4 @@
-"""Page under a hostile browser: frames of its WebSocket, and requests to its door."""
+"""Page under a hostile browser: frames of its WebSocket, and requests to its web server."""
 
 from __future__ import annotations
 

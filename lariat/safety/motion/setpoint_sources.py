@@ -1,8 +1,8 @@
 """Sources of setpoints: one writer session at a time, in sequence, on the writer's own clock.
 
-Session and sequence number stand on a public bus. So a stranger that speaks beside the followed
-writer is refused, only a message that is followed advances the sequence, and a far jump counts only
-when the writer has been silent: nobody can run the sequence far ahead of the writer.
+Session and sequence number stand on a public bus. So an unknown publisher that speaks beside the
+followed writer is refused, only a message that is followed advances the sequence, and a far jump
+counts only when the writer has been silent: nobody can run the sequence far ahead of the writer.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ class SetpointSources:
         """Return the sessions of the writers that speak, sorted. Args: now: Present time [ns]."""
         return sorted(s for s in self._heard if self._speaks(s, now, WRITER_SILENCE))
 
-    def rivals(self, now: int) -> str:
+    def competing_publishers(self, now: int) -> str:
         """Return which writers speak at once, in words; empty where at most one does.
 
         Args:

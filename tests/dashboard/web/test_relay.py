@@ -95,7 +95,7 @@ def test_hostile_messages_end_neither_the_process_nor_other_pages(
 
 
 def close_code(socket: ClientConnection, messages: Iterable[bytes]) -> int:
-    """Send messages until the door closes the connection; its code."""
+    """Send messages until the web server closes the connection; its code."""
     with suppress(ConnectionClosed):
         for message in messages:
             socket.send(message)

@@ -1,4 +1,4 @@
-"""Client of a door, which sends whatever a browser, or an attacker, would send."""
+"""Client of a web server, which sends whatever a browser, or an attacker, would send."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 
 
 class Answer(NamedTuple):
-    """Answer of the door."""
+    """Answer of the web server."""
 
     status: int
     headers: Mapping[str, str]

@@ -39,7 +39,7 @@ HEADERS = {
     "X-Frame-Options": "DENY",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
-    # The page's scripts stand in its HTML. It speaks to nobody but the door, and no site frames it.
+    # The page's scripts stand in its HTML. It speaks to this server alone, and no site frames it.
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval' blob:; "
         "worker-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; font-src 'self' data:; "
@@ -59,7 +59,7 @@ ADDRESS: web.RequestKey[Address] = web.RequestKey("address", Address)
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
-class Door:
+class WebServer:
     """Server that admits browsers to the page of one viser server."""
 
     def __init__(
@@ -102,7 +102,9 @@ class Door:
                 f"port {options.port} of {options.host} cannot be opened, it may be taken "
                 f"({error.strerror}); stop what uses it or choose another with --port"
             ) from None
-        self._thread = threading.Thread(target=self._loop.run_forever, name="door", daemon=True)
+        self._thread = threading.Thread(
+            target=self._loop.run_forever, name="web server", daemon=True
+        )
         self._thread.start()
 
     def show(self, status: str) -> None:

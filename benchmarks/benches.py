@@ -44,11 +44,13 @@ BENCHES: dict[str, Bench] = {
     "faults resets": Bench("benchmarks.faults.resets", "every scenario run, reset and run again"),
     "faults machines": Bench("benchmarks.faults.machines", "two machines, their line cut, healed"),
     "faults compose": Bench("benchmarks.faults.compose", "every scenario in containers"),
-    "speed run": Bench("benchmarks.speed.headless", "a headless run by process of the loop"),
+    "speed run": Bench(
+        "benchmarks.speed.headless", "a headless run by process, or two clones in turn"
+    ),
     "speed live": Bench("benchmarks.speed.live", "steps of the live stack, from a recording"),
     "speed start": Bench("benchmarks.speed.start", "each process until the stack is ready"),
     "speed page": Bench("benchmarks.speed.page", "the dashboard's process while a run is played"),
-    "speed endurance": Bench("benchmarks.speed.endurance.bench", "hours: memory, files, steps"),
+    "speed endurance": Bench("benchmarks.speed.endurance", "hours: memory, files, steps"),
 }
 """Benches by name, and their parts by name and part."""
 

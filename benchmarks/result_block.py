@@ -10,13 +10,15 @@ The bench that runs with these words and `--docs FOLDER` replaces what stands be
 
 from __future__ import annotations
 
+import json as encoder
 import re
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import UTC, date, datetime
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -25,6 +27,8 @@ from rich.text import Text
 from lariat.configuration import ConfigurationError
 from shared.version import version
 
+REPORT_WIDTH = 160
+"""Width of a table that no terminal shows [characters]."""
 BLOCK = re.compile(r"^<!-- lariat (bench .+?) -->\n(.*?)^<!-- /lariat -->$", re.M | re.S)
 """Block of a page: the words of its command, and its content."""
 BLOCK_TEXT = "<!-- lariat {words} -->\n{content}<!-- /lariat -->"
@@ -99,6 +103,32 @@ def show(tables: Sequence[Table], block: ResultBlock | None, width: int | None =
         Console(stderr=True, highlight=False).print(f"wrote {block.page}", markup=False)
 
 
+def report(
+    rows: Sequence[Any],
+    caption: str = "",
+    *,
+    title: str = "",
+    json: bool = False,
+    block: ResultBlock | None = None,
+) -> None:
+    """Print dataclasses of one kind as a table, or as one JSON object with a list `rows`.
+
+    Args:
+        rows: The dataclasses; their fields are the columns, those of a specification `spec` first.
+        caption: Text below the table.
+        title: Text above the table.
+        json: Whether to print JSON.
+        block: Block of a page.
+    """
+    named = [_flat(asdict(row)) for row in rows]
+    if json:
+        print(encoder.dumps({"rows": named}))
+        return
+    cells = [{name: _cell(value) for name, value in row.items()} for row in named]
+    width = None if sys.stdout.isatty() else REPORT_WIDTH
+    show([numbers_table(title, cells, caption)], block, width)
+
+
 def figures_table(rows: Sequence[Mapping[str, object]], caption: str) -> Table:
     """Return a table of rows whose names are the columns; floats have two decimals."""
     table = Table(caption=caption)
@@ -117,8 +147,12 @@ def numbers_table(title: str, rows: Sequence[Mapping[str, object]], caption: str
         table.add_column(column.replace("_", " "), justify="right")
     for row in rows:
         values = (row.get(column, "") for column in columns)
-        table.add_row(*(f"{v:.4g}" if isinstance(v, float) else str(v) for v in values))
+        table.add_row(*map(_text, values))
     return table
+
+
+def _text(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def markdown(table: Table) -> str:
@@ -132,6 +166,19 @@ def markdown(table: Table) -> str:
     if table.caption:
         lines += ["", _plain(table.caption)]
     return "\n".join([*lines, ""])
+
+
+def _flat(row: dict[str, Any]) -> dict[str, Any]:
+    return {**row.pop("spec", {}), **row}
+
+
+def _cell(value: object) -> object:
+    """Return a value of a table: lists with commas, yes or no, and a dash for None."""
+    if isinstance(value, tuple | list):
+        return ", ".join(_text(_cell(each)) for each in value) or "none"
+    if value is None:
+        return "–"
+    return ("no", "yes")[value] if isinstance(value, bool) else value
 
 
 def _plain(cell: object) -> str:

@@ -12,7 +12,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from rich.table import Table
 
 from lariat.scenario.cameras import DEFAULT_CAMERA
 from shared import topics
@@ -79,14 +78,3 @@ def _reached(recording: Recording) -> dict[str, dict[int, int]]:
 def _latency(stage: str, values: list[float]) -> Latency:
     p50, p99 = np.quantile(values, [0.5, 0.99])
     return Latency(stage, len(values), round(float(p50), 3), round(float(p99), 3))
-
-
-def latency_table(delays: Iterable[Latency]) -> Table:
-    """Return the latencies as a table."""
-    table = Table(box=None, pad_edge=False)
-    table.add_column("from exposure until")
-    for head in ("p50 ms", "p99 ms", "images"):
-        table.add_column(head, justify="right")
-    for d in delays:
-        table.add_row(d.stage, f"{d.p50_ms:.1f}", f"{d.p99_ms:.1f}", str(d.images))
-    return table

@@ -7,11 +7,9 @@ of all steps.
 
 from __future__ import annotations
 
-import json as encoder
-import sys
 import tempfile
 from collections import defaultdict
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -19,8 +17,8 @@ import numpy as np
 import tyro
 
 from benchmarks.conditions import Conditions
-from benchmarks.result_block import show
-from benchmarks.speed.camera_to_arm import latencies, latency_table
+from benchmarks.result_block import report
+from benchmarks.speed.camera_to_arm import latencies
 from lariat.configuration import ConfigurationError
 from lariat.trajectory import SECOND
 from shared import topics
@@ -73,7 +71,7 @@ def run(
 
     Args:
         file: Recording of `lariat up`; by default the newest one in recordings/.
-        json: Print one JSON object instead of a table.
+        json: Print two JSON objects instead of tables: step times, and latencies.
     """
     path = file or _newest()
     try:
@@ -83,14 +81,11 @@ def run(
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
     if not rows:
-        print(f"{path} holds no health; name a recording of `lariat up`", file=sys.stderr)
-        return 1
-    if json:
-        found = {"services": [asdict(r) for r in rows], "latency": [asdict(d) for d in delays]}
-        print(encoder.dumps({"recording": str(path), **found}))
-    else:
-        _print(path, rows, recording)
-        show([latency_table(delays)] if delays else [], None, 120)
+        raise ConfigurationError(f"{path} holds no health; name a recording of `lariat up`")
+    with tempfile.TemporaryDirectory() as folder:
+        conditions = Conditions.of(recording.scenario(Path(folder)).live)
+    report(rows, str(conditions), title=str(path), json=json)
+    report(delays, "from the exposure of an image", json=json)
     return 0
 
 
@@ -142,44 +137,3 @@ def _newest() -> Path:
     if not files:
         raise ConfigurationError(f"there is no recording in {RECORDING_FOLDER}/; name a file")
     return files[-1]
-
-
-def _print(path: Path, rows: list[StepTimes], recording: Recording) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    with tempfile.TemporaryDirectory() as folder:
-        conditions = Conditions.of(recording.scenario(Path(folder)).live)
-    table = Table(
-        box=None,
-        pad_edge=False,
-        title=str(path),
-        title_justify="left",
-        caption=str(conditions),
-        caption_justify="left",
-    )
-    table.add_column("service")
-    for head in (
-        "p50 ms",
-        "moving ms",
-        "p99 ms",
-        "max ms",
-        "period ms",
-        "overruns %",
-        "drops",
-        "s",
-    ):
-        table.add_column(head, justify="right")
-    for r in rows:
-        table.add_row(
-            r.service,
-            f"{r.p50_ms:.1f}",
-            "–" if r.p50_moving_ms is None else f"{r.p50_moving_ms:.1f}",
-            f"{r.p99_ms:.1f}",
-            f"{r.max_ms:.1f}",
-            f"{r.period_ms:.1f}",
-            f"{100.0 * r.overruns:.1f}",
-            str(r.drops),
-            str(r.seconds),
-        )
-    Console(file=sys.stdout, width=120).print(table)

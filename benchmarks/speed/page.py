@@ -24,9 +24,9 @@ import numpy as np
 import tyro
 
 from benchmarks.live_stack import free_port
-from benchmarks.speed.endurance.pages import OpenPages
-from benchmarks.speed.endurance.samples import sample_of
+from benchmarks.speed.pages import OpenPages
 from benchmarks.speed.processor_time import processor_times
+from benchmarks.speed.samples import sample_of
 from lariat.configuration import ConfigurationError
 from lariat.trajectory import SECOND
 from shared import bus as buses

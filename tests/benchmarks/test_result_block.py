@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import json
 import shlex
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -11,7 +13,7 @@ import tyro
 from rich.table import Table
 
 from benchmarks.benches import BENCHES, find
-from benchmarks.result_block import BLOCK, find_block, markdown
+from benchmarks.result_block import BLOCK, find_block, markdown, report
 from lariat.configuration import ConfigurationError
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -20,6 +22,19 @@ BLOCKS = [
     for page in sorted(DOCS.rglob("*.md"))
     for words, content in BLOCK.findall(page.read_text())
 ]
+
+
+@dataclass(frozen=True)
+class Spec:
+    name: str
+
+
+@dataclass(frozen=True)
+class Row:
+    spec: Spec
+    errors_mm: list[float]
+    held: bool
+    reached: bool | None
 
 
 def table() -> Table:
@@ -99,3 +114,16 @@ def _signature_of(run):
         return 0
 
     return parsed
+
+
+def test_dataclasses_are_rows_of_a_table_and_of_one_json_object(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    rows = [Row(Spec("sim"), [0.123456, 2.0], True, None)]
+    report(rows, "caption")
+    text = capsys.readouterr().out
+    for cell in ("name", "sim", "0.1235, 2", "yes", "–", "caption"):
+        assert cell in text
+    report(rows, json=True)
+    row = {"name": "sim", "errors_mm": [0.123456, 2.0], "held": True, "reached": None}
+    assert json.loads(capsys.readouterr().out) == {"rows": [row]}

@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 
 from benchmarks.faults.fuzz.message_targets import ServiceTarget, Totals
-from benchmarks.speed.endurance.pages import OpenPages
+from benchmarks.speed.pages import OpenPages
 from dashboard.options import DashboardOptions
 from dashboard.service import build
 from lariat.scenario import Scenario

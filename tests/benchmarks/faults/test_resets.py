@@ -1,13 +1,9 @@
 from __future__ import annotations
 
-from pathlib import Path
-
-from benchmarks.faults.resets import run_and_reset
-from stack.scenario_overrides import load_with
+from benchmarks.faults.resets import ResetSpec, run_and_reset
 
 
 def test_two_arms_reach_their_goal_again_after_a_reset() -> None:
-    scenario = load_with(Path("two-arms"), ("sensing.source=truth",))
-    trial = run_and_reset(scenario, runs=2)
+    trial = run_and_reset(ResetSpec("two-arms", 2, "truth"))
     assert trial.final_states == ["reached", "reached"]
     assert trial.start_error_mm < 2.0

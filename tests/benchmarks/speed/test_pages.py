@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from benchmarks.speed.endurance.pages import OpenPages
+from benchmarks.speed.pages import OpenPages
 from dashboard.options import DashboardOptions
 from dashboard.service import build
 from lariat.scenario import load

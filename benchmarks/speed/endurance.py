@@ -1,0 +1,196 @@
+"""Long operation, simulated or live: `lariat bench speed endurance`."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.child_processes import child_processes
+from benchmarks.conditions import Conditions
+from benchmarks.faults.hostile_publisher import hostile_publisher
+from benchmarks.live_stack import LiveStack
+from benchmarks.operator import RESET_TIMEOUT, DeadlineMissed, Operator
+from benchmarks.repeated_runs import RepeatedRuns
+from benchmarks.result_block import find_block, report
+from benchmarks.speed.camera_to_arm import Latency, latencies
+from benchmarks.speed.pages import OpenPages
+from benchmarks.speed.samples import Sample, sample_of, trends
+from lariat.scenario import Scenario, load
+from lariat.scenario.shipped import find
+from lariat.trajectory import SECOND
+from services.recorder.retention import IDLE_ENDING
+from shared.messages import REACHED
+from shared.recording import Recording
+from stack import services
+from stack.client import RequestFailed
+from stack.simulation.simulated_time import START
+
+DEFAULT_SCENARIO = find("three-cylinders")
+"""Scenario of the runs."""
+SIMULATED_SAMPLE_PERIOD = 30 * SECOND
+"""Simulated time between two samples [ns]."""
+SAMPLE_PERIOD = 10.0
+"""Time between two samples of a live stack [s]."""
+LATENCY_RECORDINGS = 5
+"""Largest number of recordings that latencies are read from."""
+
+
+@dataclass
+class Operation:
+    """Runs back to back."""
+
+    samples: list[Sample] = field(default_factory=list)
+    """Samples of all processes."""
+    runs: int = 0
+    """Number of runs that reached their goal."""
+    failures: list[str] = field(default_factory=list)
+    """Runs that did not, in words."""
+    notes: list[str] = field(default_factory=list)
+    """What else there is to say."""
+    latency: list[Latency] = field(default_factory=list)
+    """Latencies from camera to arm."""
+
+    def add(self, samples: list[Sample]) -> None:
+        """Add samples of one time, and print a line."""
+        self.samples += samples
+        newest = samples[-1]
+        line = f"{newest.minutes:.1f} min, {self.runs} runs reached, {newest.memory_mb:.0f} MB"
+        print(line, file=sys.stderr, flush=True)
+
+
+def run(
+    hours: float = 1.0,
+    live_minutes: float = 0.0,
+    pages: int = 20,
+    hostile_rate: float = 0.0,
+    scenario: Path = DEFAULT_SCENARIO,
+    docs: Path | None = None,
+    json: bool = False,
+) -> int:
+    """Run back to back for hours, and show whether memory, files, threads or step times grow.
+
+    Simulated: all services in one process, true nodes sensed, a reset after every run. Live:
+    `lariat up` with dashboard and recorder, pages open all the time. Its recordings go to a
+    temporary folder; the last of them tell how long camera images take to the arms.
+
+    Examples:
+      lariat bench speed endurance --hours 8
+      lariat bench speed endurance --hours 0 --live-minutes 30 --pages 20
+      lariat bench speed endurance --hours 0 --live-minutes 5 --pages 0 --hostile-rate 1000
+
+    Args:
+        hours: Simulated time of operation [h]; 0 for a live one.
+        live_minutes: Time of live operation [min].
+        pages: Number of pages that are open during it.
+        hostile_rate: Hostile messages over all topics in a second of it, which the check of the bus
+            refuses [Hz].
+        scenario: Scenario of the runs.
+        docs: Folder of pages, in which the block of this command is written; none by default.
+        json: Print one JSON object instead of each table.
+
+    Returns:
+        0 when every run reached its goal, 1 otherwise.
+    """
+    block = find_block(docs)
+    loaded = load(scenario)
+    operations: list[tuple[Operation, str]] = []
+    # What this process refuses beside the services is no news.
+    logging.disable(logging.WARNING)
+    if hours > 0.0:
+        operations.append((simulated(loaded, 60.0 * hours), "true nodes sensed"))
+    if live_minutes > 0.0:
+        answer = live(scenario, live_minutes, pages, hostile_rate)
+        operations.append((answer, str(Conditions.of(loaded.live))))
+    logging.disable(logging.NOTSET)
+    for operation, conditions in operations:
+        minutes = max((sample.minutes for sample in operation.samples), default=0.0)
+        title = f"{minutes:.1f} min, {operation.runs} runs reached"
+        words = [conditions, *operation.notes[:10], *operation.failures[:10]]
+        report(trends(operation.samples), "; ".join(words), title=title, json=json, block=block)
+        if operation.latency:
+            report(operation.latency, "from the exposure of an image", json=json)
+    return 1 if any(operation.failures for operation, _ in operations) else 0
+
+
+def simulated(scenario: Scenario, minutes: float) -> Operation:
+    """Run back to back in one process in simulated time, with true nodes in place of the camera."""
+    sensing = replace(scenario.sensing, source="truth")
+    cell = RepeatedRuns(replace(scenario, sensing=sensing))
+    operation, sampled = Operation(), cell.stack.now
+    while (now := (cell.stack.now - START) / (60 * SECOND)) < minutes:
+        task = cell.run()
+        if task.state == REACHED:
+            operation.runs += 1
+        else:
+            operation.failures.append(f"{now:.1f} min: {task.reason or 'time limit passed'}")
+        cell.reset()
+        if cell.stack.now - sampled >= SIMULATED_SAMPLE_PERIOD:
+            sampled = cell.stack.now
+            operation.add(list(_simulated_samples(cell, now)))
+    return operation
+
+
+def _simulated_samples(cell: RepeatedRuns, minutes: float) -> Iterator[Sample]:
+    """Yield a sample of this process for each service, whose step times they hold."""
+    for name in services.NAMES:
+        times = cell.stack.step_ms(name)
+        yield sample_of(name, "self", minutes, float(np.percentile(times, 99)))
+        times.clear()
+
+
+def live(scenario: Path, minutes: float, pages: int, hostile_rate: float = 0.0) -> Operation:
+    """Run back to back in `lariat up`, as a person who acknowledges its stops."""
+    operation, limit = Operation(), load(scenario).run.time_limit + RESET_TIMEOUT
+    with ExitStack() as cleanup:
+        stack = cleanup.enter_context(LiveStack(scenario))
+        operator = Operator(cleanup.enter_context(stack.connect()))
+        browsers = OpenPages(stack.address, pages) if pages else None
+        if browsers:
+            cleanup.callback(browsers.close)
+        if hostile_rate:
+            publisher = hostile_publisher(stack.hub, stack.namespace, hostile_rate)
+            cleanup.enter_context(publisher)
+        begun = sampled = time.monotonic()
+        while (now := time.monotonic()) - begun < 60.0 * minutes:
+            operator.states.clear()
+            try:
+                operator.run_to_goal(limit)
+                operation.runs += 1
+            except DeadlineMissed as missed:
+                operation.failures.append(str(missed))
+            with suppress(RequestFailed, DeadlineMissed):
+                operator.reset()
+            if now - sampled >= SAMPLE_PERIOD:
+                sampled = now
+                operation.add(list(_live_samples(stack.pid, operator, (now - begun) / 60.0)))
+        refused = sum(health.refused for health in operator.health.values())
+        operation.notes += [f"{len(operator.stops)} holds, {refused} messages refused"]
+        operation.notes += operator.stops
+        if browsers and browsers.closed:
+            operation.notes.append(f"{browsers.closed} pages ended {browsers.reason}".rstrip())
+        files = sorted((stack.folder / "recordings").glob("*.mcap"))
+        runs = [path for path in files if not path.name.endswith(IDLE_ENDING)]
+        # The last one is still being written.
+        newest = runs[:-1][-LATENCY_RECORDINGS:]
+        operation.latency = latencies(Recording.open(path) for path in newest)
+    return operation
+
+
+def _live_samples(launcher: int, operator: Operator, minutes: float) -> Iterator[Sample]:
+    yield sample_of("lariat up", launcher, minutes)
+    for name, health in sorted(operator.health.items()):
+        with suppress(OSError):  # It may just be restarted.
+            steps = health.step_p99_ms, health.period_ms
+            yield sample_of(name, health.process, minutes, *steps)
+    stepping = {health.process for health in operator.health.values()}
+    for pid, name in sorted(child_processes(launcher).items()):
+        if pid not in stepping:
+            with suppress(OSError):
+                yield sample_of(name, pid, minutes)

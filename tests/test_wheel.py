@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-EXAMPLES = ("01_rod", "03_identify", "05_plan", "06_your_camera", "15_step")
+EXAMPLES = ("01_rod", "03_identify", "05_plan", "06_your_camera", "15_step", "16_check")
 """Examples that need the library alone, by the beginnings of their names."""
 
 

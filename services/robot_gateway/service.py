@@ -6,13 +6,12 @@ import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.obstacles import Obstacle
-from lariat.safety.constraints.motion_constraints import CellBoundaries
 from lariat.safety.guard.force_limit import ForceLimit
 from lariat.safety.guard.scene_guard import SceneGuard
 from lariat.safety.motion.follower import SetpointFollower
+from lariat.safety.motion_check import boundaries_of
 from lariat.scenario import SIDES, Scenario, Side
 from lariat.trajectory import NANOSECONDS, SECOND
 from services.robot_gateway.cell import Cell
@@ -196,18 +195,9 @@ def build(
     emulators: dict[Side, str] = {"left": options.left_emulator, "right": options.right_emulator}
     drivers = drivers_of(scenario, starts, emulators, links or {})
     limits = scenario.limits
-    boundaries = CellBoundaries(
-        rope_length=scenario.rope.length,
-        workspace=limits.workspace,
-        bodies=gripper_bodies(limits.gripper_reach, limits.gripper_radius),
-        keep_out=limits.keep_out,
-        spacing=limits.spacing,
-        overstretch=limits.overstretch,
-        regions=scenario.regions,
-    )
     driven = [k for k, driver in enumerate(drivers) if driver.moves]
     joints = [drivers[k].joint_constraints for k in driven]
-    follower = SetpointFollower(limits, boundaries, starts, driven, joints)
+    follower = SetpointFollower(limits, boundaries_of(scenario), starts, driven, joints)
     follower.compile()
     follower.constraints.replace_obstacles(scenario.bodies)
     ends = [scenario.end(side) for side in SIDES]

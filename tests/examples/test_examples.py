@@ -32,6 +32,7 @@ FACTS = {
     "13": (r"error (\S+) mm", 0.0, 1.0),
     "14": (r"scene 1: error (\S+) mm", 0.0, 10.0),
     "15": (r"error (\S+) mm", 0.0, 0.5),
+    "16": (r"keep_out: broken by (\S+) m", 0.04, 0.06),
 }
 """Fact that each example prints, and its bounds."""
 ARGUMENTS = {

@@ -7,20 +7,18 @@ tick holds a new chunk; a controller sends one at every second or third.
 from __future__ import annotations
 
 import gc
-import json as encoder
-import sys
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.result_block import report
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import SIDES, Scenario, load
-from lariat.scenario.shipped import SHIPPED_FOLDER
-from lariat.trajectory import NANOSECONDS, SECOND
+from lariat.scenario.shipped import find
+from lariat.trajectory import SECOND
 from services.robot_gateway import service as gateway
-from services.robot_gateway.drivers.cr5.link import ByteStream
 from services.robot_gateway.service import RobotGatewayService
 from shared import topics
 from shared.messages import (
@@ -35,7 +33,6 @@ from shared.runtime.service import Inbox, Received
 from stack.simulation.emulated_arms import MemoryLink, emulated_links
 from stack.simulation.simulated_time import START
 
-SCENARIO_FOLDER = SHIPPED_FOLDER
 PERIOD = SECOND // 125
 """Period of the gateway [ns]."""
 CHUNKS: dict[str, tuple[int, int, int]] = {
@@ -72,32 +69,19 @@ class TickTimes:
     """Longest tick [ms]."""
 
 
-class TimedLink:
+class TimedLink(MemoryLink):
     """Link to an emulated arm that measures the processor time of the arm."""
 
-    live = False
-    """Whether the arm runs in real time."""
-
     def __init__(self, link: MemoryLink) -> None:
-        self._link = link
+        super().__init__(link.emulator)
         self.seconds = 0.0
         """Processor time of the arm so far [s]."""
-
-    def open(self, port: int) -> ByteStream:
-        """Return a connection to a port of the arm."""
-        return self._link.open(port)
 
     def advance(self, now: int) -> None:
         """Advance the arm to the time of a step [ns]."""
         begun = time.thread_time()
-        self._link.advance(now)
+        super().advance(now)
         self.seconds += time.thread_time() - begun
-
-    def guard(self, stream: ByteStream | None, commands: tuple[str, str], moving: bool) -> None:
-        """Do nothing: the arm and the gateway are one process."""
-
-    def close(self) -> None:
-        """Do nothing: there is no guard."""
 
 
 class GatewayCell:
@@ -194,15 +178,13 @@ def run(
         0 when no tick took longer than its period, 1 otherwise.
     """
     rows = [row for name in scenarios for row in _measured(name, obstacles, ticks)]
-    if json:
-        print(encoder.dumps({"period_ms": 1e-6 * PERIOD, "ticks": [asdict(r) for r in rows]}))
-    else:
-        _print(rows)
+    words = f"processor time of a tick; its period is {1e-6 * PERIOD:g} ms"
+    report(rows, words, json=json)
     return 0 if all(row.max_ms <= 1e-6 * PERIOD for row in rows) else 1
 
 
 def _measured(name: str, obstacles: tuple[int, ...], ticks: int) -> Iterator[TickTimes]:
-    scenario = load(SCENARIO_FOLDER / f"{name}.toml")
+    scenario = load(find(name))
     for added in obstacles:
         for kind, (count, dt, chunks) in CHUNKS.items():
             cell = GatewayCell(scenario, added)
@@ -237,19 +219,3 @@ def _clutter(count: int) -> list[Obstacle]:
         Obstacle("box", tuple(rng.uniform(low, high)), size=(0.02, 0.02, 0.02), name=f"box-{k}")
         for k in range(count)
     ]
-
-
-def _print(rows: list[TickTimes]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False)
-    heads = ("scenario", "chunk", "obstacles", "followed", "p50 ms", "p99 ms", "max ms")
-    for head in heads:
-        table.add_column(head, justify="left" if head in heads[:2] else "right")
-    for row in rows:
-        figures = (f"{t:.1f}" for t in (row.p50_ms, row.p99_ms, row.max_ms))
-        table.add_row(row.scenario, row.chunk, str(row.obstacles), str(row.followed), *figures)
-    console = Console(file=sys.stdout, width=120)
-    console.print(table)
-    console.print(f"processor time of a tick; its period is {PERIOD * NANOSECONDS * 1e3:g} ms")

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from lariat.trajectory import SECOND
-from shared.messages import Message, TraceInput
+from shared.messages import Message
 from shared.runtime.service import Inbox, Publication, Received, Service
 from shared.topics import Topic
 
@@ -45,9 +45,13 @@ class OffsetService:
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Step the service at the time of its own clock."""
-        shifted = _OffsetInbox(inbox, self._offset)
-        for topic, message in self._service.step(shifted, now + self._offset):
+        newest = {t.key: self._later(item) for t in self.reads if (item := inbox.latest(t))}
+        arrived = {t.key: [self._later(item) for item in inbox.every(t)] for t in self.reads}
+        for topic, message in self._service.step(Inbox(newest, arrived), now + self._offset):
             yield Publication(topic, self._stamped(topic, message))
+
+    def _later(self, item: Received) -> Received:
+        return replace(item, received=item.received + self._offset)
 
     def _stamped(self, topic: Topic, message: Message) -> Message:
         """Return a message with the camera's stamp by its own clock.
@@ -60,36 +64,6 @@ class OffsetService:
         copy.CopyFrom(message)
         copy.timestamp.FromNanoseconds(copy.timestamp.ToNanoseconds() + self._offset)
         return copy
-
-
-class _OffsetInbox(Inbox):
-    """Inbox whose times of receipt are those of the reader's clock."""
-
-    def __init__(self, inbox: Inbox, offset: int) -> None:
-        self._inbox = inbox
-        self._offset = offset
-
-    def latest(self, topic: Topic) -> Received | None:
-        item = self._inbox.latest(topic)
-        return item and self._shifted(item)
-
-    def fresh(self, topic: Topic) -> Received | None:
-        item = self._inbox.fresh(topic)
-        return item and self._shifted(item)
-
-    def every(self, topic: Topic) -> Sequence[Received]:
-        return [self._shifted(item) for item in self._inbox.every(topic)]
-
-    def joined(self, *topics: Topic) -> tuple[Received, ...] | None:
-        items = self._inbox.joined(*topics)
-        return items and tuple(self._shifted(item) for item in items)
-
-    @property
-    def consumed(self) -> Iterator[TraceInput]:
-        return self._inbox.consumed
-
-    def _shifted(self, item: Received) -> Received:
-        return replace(item, received=item.received + self._offset)
 
 
 def with_clock_offsets(members: Sequence[Service], offsets: dict[str, int]) -> tuple[Service, ...]:

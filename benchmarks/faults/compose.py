@@ -1,5 +1,4 @@
-"""Scenarios in containers, brought up, run to their goal, brought down: `lariat bench faults
-compose`.
+"""Scenarios in containers, from `up` through their goal to `down`: `lariat bench faults compose`.
 
 It needs a container engine, builds the images, and leaves nothing behind but them.
 """
@@ -10,18 +9,16 @@ import json as encoder
 import os
 import subprocess
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
-
+from benchmarks.campaign import Campaign
+from benchmarks.result_block import report
 from lariat.configuration import ConfigurationError
 from lariat.scenario.shipped import shipped_names
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 """Folder of the clone, with its compose file."""
 COMMAND_TIMEOUT = 120.0
 """Longest duration of a verb in its container [s]."""
@@ -39,17 +36,29 @@ POLL_PERIOD = 2.0
 """Time between two looks at a run [s]."""
 OPERATOR_VERB = 'exec nice -n 19 lariat "$@" --mode client --connect tls/router:7447'
 """Command of the shell that runs one verb in the operator's container, beside the credentials."""
+PROJECT = "lariat-bench"
+"""Name of the project."""
 NICENESS = 19
 """Niceness of the engine's command line: the containers of a cell may together weigh as much as
 one process of it."""
 
 
 @dataclass(frozen=True)
-class ComposeTrial:
+class ComposeSpec:
     """One scenario in containers."""
 
     scenario: str
     """Name of the scenario."""
+    freeze: bool
+    """Whether a controller is frozen after the run."""
+
+
+@dataclass(frozen=True)
+class ComposeTrial:
+    """Outcome of one scenario in containers."""
+
+    spec: ComposeSpec
+    """Specification."""
     healthy_s: float | None = None
     """Time from `up` until every container was healthy; None if that never came."""
     reached: bool = False
@@ -230,37 +239,23 @@ def run(
         0 if every scenario came up, reached its goal and left nothing, else 1.
     """
     chosen = scenario or shipped_names()
-    known = _read(results)
-    console = Console(stderr=True, highlight=False)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, redirect_stdout=False) as progress:
-        bar = progress.add_task("Building images", total=len(chosen))
-        if build and not set(chosen) <= known.keys():
-            project = ComposeProject("lariat-bench", file, chosen[0], port)
-            built = project("--profile", "cli", "build", timeout=BUILD_TIMEOUT)
-            if built.returncode:
-                raise ConfigurationError(f"docker compose build fails: {built.stderr[-2000:]}")
-        for name in chosen:
-            progress.update(bar, description=name)
-            if name not in known:
-                known[name] = trial(ComposeProject("lariat-bench", file, name, port), name, freeze)
-                with results.open("a", encoding="utf-8") as log:
-                    log.write(encoder.dumps(asdict(known[name])) + "\n")
-            progress.advance(bar)
-    trials = [known[name] for name in chosen]
-    if json:
-        print(encoder.dumps({"trials": [asdict(t) for t in trials]}))
-    else:
-        _print(trials)
+    if build:
+        project = ComposeProject(PROJECT, file, chosen[0], port)
+        built = project("--profile", "cli", "build", timeout=BUILD_TIMEOUT)
+        if built.returncode:
+            raise ConfigurationError(f"docker compose build fails: {built.stderr[-2000:]}")
+
+    def attempt(spec: ComposeSpec) -> ComposeTrial:
+        return trial(ComposeProject(PROJECT, file, spec.scenario, port), spec)
+
+    campaign = Campaign(attempt, ComposeTrial, lambda t: f"{t.spec.scenario}: {t.problem or 'ok'}")
+    trials = campaign.trials([ComposeSpec(name, freeze) for name in chosen], results)
+    words = "healthy: from `docker compose up`, images built; replaced: frozen process"
+    report(trials, words, json=json)
     return 0 if all(t.reached and not t.left_behind and not t.problem for t in trials) else 1
 
 
-def trial(project: ComposeProject, scenario: str, freeze: bool) -> ComposeTrial:
+def trial(project: ComposeProject, spec: ComposeSpec) -> ComposeTrial:
     """Bring a scenario up, run it and bring it down."""
     healthy, reached, replaced, problem = None, False, None, ""
     try:
@@ -268,7 +263,7 @@ def trial(project: ComposeProject, scenario: str, freeze: bool) -> ComposeTrial:
         project.start_run()
         project.await_goal()
         reached = True
-        if freeze:
+        if spec.freeze:
             replaced = round(project.freeze("controller"), 1)
             arms = project.status().get("arms") or {}
             if arms.get("mode") not in ("holding", "armed"):
@@ -276,7 +271,7 @@ def trial(project: ComposeProject, scenario: str, freeze: bool) -> ComposeTrial:
     except (TimeoutError, subprocess.TimeoutExpired, ValueError) as error:
         problem = str(error)
     left = project.down()
-    return ComposeTrial(scenario, healthy, reached, replaced, left, problem)
+    return ComposeTrial(spec, healthy, reached, replaced, left, problem)
 
 
 def _inspect(container: str, template: str) -> str:
@@ -284,26 +279,3 @@ def _inspect(container: str, template: str) -> str:
         ["docker", "inspect", "--format", template, container], capture_output=True, text=True
     )
     return answer.stdout.strip()
-
-
-def _read(results: Path) -> dict[str, ComposeTrial]:
-    if not results.exists():
-        return {}
-    rows = [encoder.loads(line) for line in results.read_text(encoding="utf-8").splitlines()]
-    return {row["scenario"]: ComposeTrial(**row) for row in rows}
-
-
-def _print(trials: list[ComposeTrial]) -> None:
-    table = Table(
-        caption="healthy: from `docker compose up`, images built; replaced: frozen process"
-    )
-    for column in ("scenario", "healthy s", "goal reached", "replaced s", "left behind", "problem"):
-        table.add_column(column)
-    for t in trials:
-        numbers = ["-" if v is None else f"{v:.1f}" for v in (t.healthy_s, t.replaced_s)]
-        left = ", ".join(t.left_behind) or "nothing"
-        problem = t.problem.splitlines()[0] if t.problem else ""
-        table.add_row(
-            t.scenario, numbers[0], "yes" if t.reached else "no", numbers[1], left, problem
-        )
-    Console().print(table)

@@ -1,5 +1,4 @@
-"""Run of a cell on two machines whose line is cut and healed on the way: `lariat bench faults
-machines`.
+"""Cell on two machines whose line is cut and healed on the way: `lariat bench faults machines`.
 
 The machines are network namespaces of this one, joined by a cable; root alone may make them. Router
 and gateway run on the first, some services on the second, all with the certificates of
@@ -9,26 +8,26 @@ and gateway run on the first, some services on the second, all with the certific
 from __future__ import annotations
 
 import contextlib
-import json as encoder
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.operator import DeadlineMissed, Operator
+from benchmarks.result_block import report
 from lariat.configuration import ConfigurationError
 from lariat.scenario.shipped import find
 from shared import bus as buses
-from shared import topics
 from shared.bus import BusOptions
-from shared.messages import REACHED, ArmCommand, ArmStates, TaskRequest, TaskState
+from shared.messages import REACHED, ArmStates, TaskRequest
 from stack import services
-from stack.client import Cell, Client, RequestFailed, connect
+from stack.client import Cell, connect
 from stack.credentials.access_control import OPERATOR, ROUTER
 from stack.credentials.cell_credentials import SETTINGS_FILE, make_credentials
 from stack.launcher import module_entry
@@ -46,10 +45,8 @@ MOVING_SPEED = 0.02
 """Speed of a grip from which on the run is under way [m/s]."""
 READY_TIMEOUT = 200.0
 """Longest wait for all services [s]; kernels may have to be compiled."""
-PHASE_TIMEOUT = 60.0
+TIMEOUT = 60.0
 """Longest wait for the arms to move, to hold, or to reach the goal [s]."""
-POLL_PERIOD = 0.005
-"""Time between two looks at the bus [s]."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +87,7 @@ def run(
         scenario: Name of a shipped scenario.
         sensing: Source of the perceived rope: truth, or camera.
         duration: Duration of the cut [s].
-        json: Print one JSON object instead of lines.
+        json: Print one JSON object instead of a table.
 
     Returns:
         0 if the arms stood still while the line was cut and the goal was reached, else 1.
@@ -101,13 +98,9 @@ def run(
         make_credentials(credentials, (ROBOT,), "cell", days=90)
         file = credentials / "scenario.toml"
         file.write_text(load_with(find(scenario), (f"sensing.source={sensing}",)).text)
-        client = stack.enter_context(_cell(credentials, file, remote))
-        outcome = _run_with_cut(client, remote, duration)
-    if json:
-        print(encoder.dumps(asdict(outcome)))
-    else:
-        for name, value in asdict(outcome).items():
-            print(f"{name.replace('_', ' '):22}{value}")
+        operator = stack.enter_context(_cell(credentials, file, remote))
+        outcome = _run_with_cut(operator, remote, duration)
+    report([outcome], json=json)
     return 0 if outcome.reached and outcome.moved_while_cut_mm < 1.0 else 1
 
 
@@ -156,7 +149,7 @@ def _remove() -> None:
 
 
 @contextmanager
-def _cell(credentials: Path, scenario: Path, remote: tuple[str, ...]) -> Iterator[Client]:
+def _cell(credentials: Path, scenario: Path, remote: tuple[str, ...]) -> Iterator[Operator]:
     """Start router and services, and connect to them; ends them."""
     endpoint = f"tls/{ROBOT}:{PORT}"
     router = BusOptions("cell", (), (endpoint,), "router", credentials / ROUTER / SETTINGS_FILE)
@@ -164,8 +157,8 @@ def _cell(credentials: Path, scenario: Path, remote: tuple[str, ...]) -> Iterato
     with ExitStack() as stack:
         stack.enter_context(buses.open(router, ROUTER))
         settings = credentials / OPERATOR / SETTINGS_FILE
-        client = stack.enter_context(connect(Cell((endpoint,), "cell", "client", settings)))
-        health = client.bus.subscribe(topics.HEALTH)
+        cell = Cell((endpoint,), "cell", "client", settings)
+        operator = Operator(stack.enter_context(connect(cell)))
         try:
             for name in services.NAMES:
                 command = [
@@ -176,14 +169,9 @@ def _cell(credentials: Path, scenario: Path, remote: tuple[str, ...]) -> Iterato
                 ]
                 command = on_second_machine(command) if name in remote else command
                 processes.append(subprocess.Popen(command))
-            heard: set[str] = set()
-
-            def all_heard() -> bool:
-                heard.update(item.message.service for _, item in health.take())
-                return heard >= set(services.NAMES)
-
-            _until(all_heard, READY_TIMEOUT, "not every service was heard")
-            yield client
+            heard = lambda: operator.health.keys() >= set(services.NAMES)  # noqa: E731
+            operator.wait_until(heard, READY_TIMEOUT, "not every service was heard")
+            yield operator
         finally:
             for process in processes:
                 process.terminate()
@@ -191,94 +179,43 @@ def _cell(credentials: Path, scenario: Path, remote: tuple[str, ...]) -> Iterato
                 process.wait()
 
 
-def _run_with_cut(client: Client, remote: tuple[str, ...], duration: float) -> MachinesOutcome:
-    arms, tasks = _Newest(client, topics.ARM_STATE), _Newest(client, topics.TASK_STATE)
-    health = client.bus.subscribe(topics.HEALTH)
-    client.request_task(TaskRequest.START)
-
-    def moving() -> bool:
-        state: ArmStates = arms()
-        if state.needs_acknowledgement:
-            # A busy machine makes the arms hold before anything is cut.
-            _resume(client)
-        return _speed(state) > MOVING_SPEED
-
-    _until(moving, PHASE_TIMEOUT, "the arms do not move")
+def _run_with_cut(operator: Operator, remote: tuple[str, ...], duration: float) -> MachinesOutcome:
+    operator.client.request_task(TaskRequest.START)
+    operator.wait_until(
+        lambda: _speed(operator.arms) > MOVING_SPEED, TIMEOUT, "the arms do not move", goes_on=True
+    )
     set_cable(False)
     cut = time.monotonic()
-    _until(lambda: _speed(arms()) < 1e-4, PHASE_TIMEOUT, "the arms do not come to rest")
-    rest, stood = time.monotonic() - cut, _positions(arms())
-    while time.monotonic() < cut + duration:
-        time.sleep(POLL_PERIOD)
-    state: ArmStates = arms()
-    moved = float(np.max(np.abs(_positions(state) - stood)))
-    health.take()
+    operator.wait_until(lambda: _speed(operator.arms) < 1e-4, TIMEOUT, "the arms do not rest")
+    rest, stood = time.monotonic() - cut, _positions(operator.arms)
+    time.sleep(max(cut + duration - time.monotonic(), 0.0))
+    operator.update()
+    moved = float(np.max(np.abs(_positions(operator.arms) - stood)))
+    acknowledged = operator.arms.needs_acknowledgement
+    operator.health.clear()
     set_cable(True)
-    healed, missing = time.monotonic(), set(remote)
-
-    def all_heard() -> bool:
-        missing.difference_update(item.message.service for _, item in health.take())
-        return not missing
-
-    _until(all_heard, PHASE_TIMEOUT, "the second machine is not heard again")
-    heard = time.monotonic() - healed
-    acknowledged = state.needs_acknowledgement
-    if acknowledged:
-        _resume(client)
-
-    def reached() -> bool:
-        if arms().needs_acknowledgement:
-            _resume(client)
-        return tasks().state == REACHED
-
-    with contextlib.suppress(TimeoutError):
-        _until(reached, PHASE_TIMEOUT, "")
-    task: TaskState = tasks()
+    healed = time.monotonic()
+    heard = lambda: operator.health.keys() >= set(remote)  # noqa: E731
+    operator.wait_until(heard, TIMEOUT, "the second machine is not heard again")
+    heard_after = time.monotonic() - healed
+    with contextlib.suppress(DeadlineMissed):
+        operator.wait_until(
+            lambda: operator.task.state == REACHED, TIMEOUT, "not reached", goes_on=True
+        )
     return MachinesOutcome(
         remote,
         round(rest, 3),
         round(1e3 * moved, 3),
         acknowledged,
-        round(heard, 1),
-        task.state == REACHED,
-        round(1e3 * task.error, 3),
+        round(heard_after, 1),
+        operator.task.state == REACHED,
+        round(1e3 * operator.task.error, 3),
     )
 
 
-def _resume(client: Client) -> None:
-    """Acknowledge a stop and let the arms move again, as a person does."""
-    with contextlib.suppress(RequestFailed):
-        client.command_arms(ArmCommand.ACKNOWLEDGE)
-        client.command_arms(ArmCommand.RESUME)
-
-
-class _Newest:
-    """Newest message of a topic."""
-
-    def __init__(self, client: Client, topic: topics.Topic) -> None:
-        self._subscription = client.bus.subscribe(topic)
-        self._message = client.wait(self._subscription, lambda _: True, f"no {topic.key}")
-
-    def __call__(self):
-        for _, item in self._subscription.take():
-            self._message = item.message
-        return self._message
-
-
 def _speed(state: ArmStates) -> float:
-    return max(float(np.linalg.norm(arm.linear_velocity)) for arm in state.arms)
+    return max((float(np.linalg.norm(arm.linear_velocity)) for arm in state.arms), default=0.0)
 
 
 def _positions(state: ArmStates) -> np.ndarray:
     return np.array([arm.position for arm in state.arms])
-
-
-def _until(condition, seconds: float, otherwise: str) -> None:
-    deadline = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > deadline:
-            raise TimeoutError(otherwise)
-        time.sleep(POLL_PERIOD)
-
-
-__all__ = ["PORT", "ROBOT", "cable", "on_second_machine", "run", "set_cable"]

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import json as encoder
 import random
-import sys
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.campaign import Campaign
 from benchmarks.faults.clock_offsets import CLOCK_OFFSETS, with_clock_offsets
+from benchmarks.result_block import report
+from benchmarks.worker_pool import Workers
 from lariat.configuration import ConfigurationError
-from lariat.scenario import Scenario, load
-from lariat.scenario.shipped import find
+from lariat.scenario import load
 from lariat.trajectory import SECOND, MotionLimits
 from shared import topics
 from shared.messages import ArmStates
@@ -20,7 +20,7 @@ from stack import services
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import Delivery, Network, session_id
 
-DEFAULT_SCENARIO = find("three-cylinders")
+DEFAULT_SCENARIO = Path("three-cylinders")
 """Scenario of the runs."""
 MILLISECOND = 1_000_000
 """Duration of a millisecond [ns]."""
@@ -72,11 +72,23 @@ NAMES = (*CONDITIONS, *CLOCK_OFFSETS)
 
 
 @dataclass(frozen=True)
-class NetworkResult:
-    """Outcome of one run."""
+class NetworkSpec:
+    """One run."""
 
     condition: str
     """Name in `NAMES`."""
+    scenario: str
+    """Scenario's TOML file, or the short name of a shipped one."""
+    seed: int
+    """Seed of the network."""
+
+
+@dataclass(frozen=True)
+class NetworkTrial:
+    """Outcome of one run."""
+
+    spec: NetworkSpec
+    """Specification."""
     reached: bool
     """Whether the goal was reached."""
     final_error_mm: float | None
@@ -95,6 +107,8 @@ def run(
     conditions: tuple[str, ...] = NAMES,
     scenario: Path = DEFAULT_SCENARIO,
     seed: int = 0,
+    results: Path | None = None,
+    workers: Workers = 1,
     json: bool = False,
 ) -> int:
     """Run a scenario in simulated time while the network disturbs every message, or clocks differ.
@@ -106,6 +120,8 @@ def run(
         conditions: Conditions of network and clocks.
         scenario: Scenario of the runs.
         seed: Seed of the network.
+        results: File of the finished runs, which are not run again.
+        workers: Number of processes, or address of a Dask scheduler.
         json: Print one JSON object instead of a table.
 
     Returns:
@@ -114,22 +130,19 @@ def run(
     for name in conditions:
         if name not in NAMES:
             raise ConfigurationError(f"no condition {name!r}; expected one of {', '.join(NAMES)}")
-    cell = load(scenario)
-    results = []
-    for name in conditions:
-        results.append(run_condition(cell, name, seed))
-        print(f"{name}: {results[-1].failure or 'ok'}", file=sys.stderr, flush=True)
-    if json:
-        print(encoder.dumps({"seed": seed, "conditions": [asdict(each) for each in results]}))
-    else:
-        _print(results)
-    return 1 if any(each.failure for each in results) else 0
+    specs = [NetworkSpec(name, str(scenario), seed) for name in conditions]
+    campaign = Campaign(
+        run_condition, NetworkTrial, lambda t: f"{t.spec.condition}: {t.failure or 'ok'}"
+    )
+    trials = campaign.trials(specs, results, workers)
+    report(trials, json=json)
+    return 1 if any(trial.failure for trial in trials) else 0
 
 
-def run_condition(scenario: Scenario, name: str, seed: int) -> NetworkResult:
+def run_condition(spec: NetworkSpec) -> NetworkTrial:
     """Run a scenario over a disturbed network, or with clocks that differ."""
-    rng = random.Random(f"{seed}/{name}")
-    condition = CONDITIONS.get(name, CONDITIONS["whole"])
+    rng = random.Random(f"{spec.seed}/{spec.condition}")
+    condition = CONDITIONS.get(spec.condition, CONDITIONS["whole"])
     network: Network = lambda delivery: condition(rng, delivery)  # noqa: E731
     states: list[ArmStates] = []
 
@@ -137,17 +150,17 @@ def run_condition(scenario: Scenario, name: str, seed: int) -> NetworkResult:
         if delivery.key == topics.ARM_STATE.key:
             states.append(delivery.parse())
 
-    scenario = closed_loop.with_emulated_arms(scenario)
+    scenario = closed_loop.with_emulated_arms(load(spec.scenario))
     built = [services.build(n, scenario, session_id(n)) for n in services.NAMES]
-    members = with_clock_offsets(built, CLOCK_OFFSETS.get(name, {}))
+    members = with_clock_offsets(built, CLOCK_OFFSETS.get(spec.condition, {}))
     score = closed_loop.run(scenario, taps=(watch,), members=members, network=network).score
     speed = max(
         (sum(v * v for v in arm.linear_velocity) ** 0.5 for s in states for arm in s.arms),
         default=0.0,
     )
     causes = tuple(dict.fromkeys(state.cause for state in states if state.cause))
-    return NetworkResult(
-        condition=name,
+    return NetworkTrial(
+        spec=spec,
         reached=score.reached,
         final_error_mm=score.final_error_mm,
         min_clearance_mm=score.min_clearance_mm,
@@ -168,23 +181,3 @@ def _failure(
     if not score.reached and not causes:
         return "the goal was not reached, and no cause was given"
     return ""
-
-
-def _print(results: list[NetworkResult]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False)
-    for head in ("network", "goal", "error mm", "clearance mm", "m/s", "causes", ""):
-        table.add_column(head)
-    for each in results:
-        numbers = (each.final_error_mm, each.min_clearance_mm)
-        table.add_row(
-            each.condition,
-            "reached" if each.reached else "not reached",
-            *("–" if number is None else f"{number:.2f}" for number in numbers),
-            f"{each.top_speed:.2f}",
-            ", ".join(each.causes) or "none",
-            each.failure or "ok",
-        )
-    Console(file=sys.stdout, width=140).print(table)

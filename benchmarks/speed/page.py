@@ -8,7 +8,6 @@ for the processor; a slow one reads a message only now and then.
 
 from __future__ import annotations
 
-import json as encoder
 import os
 import secrets
 import subprocess
@@ -16,7 +15,7 @@ import sys
 import tempfile
 import time
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -24,8 +23,8 @@ import numpy as np
 import tyro
 
 from benchmarks.live_stack import free_port
+from benchmarks.result_block import report
 from benchmarks.speed.pages import OpenPages
-from benchmarks.speed.processor_time import processor_times
 from benchmarks.speed.samples import sample_of
 from lariat.configuration import ConfigurationError
 from lariat.trajectory import SECOND
@@ -56,10 +55,8 @@ class Load:
     """Number of pages that read slowly."""
     seconds: float
     """Duration of the measurement [s]."""
-    rates_hz: dict[str, float]
-    """Rates of the topics that were played, by key."""
-    processor: float
-    """Processor time of the process, as a share of one core [-]."""
+    processor_percent: float
+    """Processor time of the process, as a share of one core [%]."""
     step_p50_ms: float
     """Median step time [ms]."""
     step_p99_ms: float
@@ -93,7 +90,7 @@ def run(
         slow_pages: Number of further pages that read two messages in a second.
         seconds: Duration of the measurement [s].
         image_rate: Rate to which images are thinned [Hz].
-        json: Print one JSON object instead of lines.
+        json: Print one JSON object instead of a table.
     """
     try:
         recording = Recording.open(file)
@@ -104,16 +101,8 @@ def run(
         recording.scenario(Path(folder))
         scenario = Path(folder) / next(n for n in recording.files if n.endswith(".toml"))
         load = _measure(played, scenario, Path(folder), pages, slow_pages, seconds)
-    if json:
-        print(encoder.dumps(asdict(load)))
-        return 0
-    rates = ", ".join(f"{key} {rate:.0f} Hz" for key, rate in load.rates_hz.items() if rate >= 5.0)
-    print(f"played: {rates}")
-    print(f"pages: {load.pages}, and {load.slow_pages} slow; {load.seconds:.0f} s")
-    print(f"processor: {100.0 * load.processor:.1f} % of a core")
-    print(f"step: p50 {load.step_p50_ms:.1f} ms, p99 {load.step_p99_ms:.1f} ms")
-    print(f"memory: {load.memory_mb[0]:.1f} MB to {load.memory_mb[1]:.1f} MB")
-    print(f"sent to a page: {load.received_kb_s:.0f} kB/s")
+    rates = ", ".join(f"{key} {rate:.0f} Hz" for key, rate in played.rates.items() if rate >= 5.0)
+    report([load], f"played: {rates}", json=json)
     return 0
 
 
@@ -181,7 +170,7 @@ def _measure(
         )
         stack.callback(process.wait)
         stack.callback(process.terminate)
-        healths = bus.subscribe(topics.HEALTH)
+        healths = bus.subscribe(topics.HEALTH.at("dashboard"))
         deadline = time.monotonic() + START_TIMEOUT
         while not healths.take():
             if time.monotonic() > deadline or process.poll() is not None:
@@ -197,27 +186,20 @@ def _measure(
         played.play(bus, time.monotonic() + WARM_UP)
         healths.take()
         received = readers.received if readers else 0
-        first, used, begun = _sample(process.pid), processor_times(process.pid)[0], time.monotonic()
+        first, begun = sample_of("dashboard", process.pid, 0.0), time.monotonic()
         played.play(bus, begun + seconds)
         elapsed = time.monotonic() - begun
-        used = processor_times(process.pid)[0] - used
+        last = sample_of("dashboard", process.pid, 0.0)
+        used = last.processor_s - first.processor_s
         received = (readers.received - received) if readers else 0
-        steps: list[Health] = [
-            item.message for _, item in healths.take() if item.message.service == "dashboard"
-        ]
+        steps: list[Health] = [item.message for _, item in healths.take()]
         return Load(
             pages=pages,
             slow_pages=slow_pages,
             seconds=round(elapsed, 1),
-            rates_hz=played.rates,
-            processor=round(used / elapsed, 4),
+            processor_percent=round(100.0 * used / elapsed, 2),
             step_p50_ms=round(float(np.median([h.step_p50_ms for h in steps])), 2),
             step_p99_ms=round(float(np.median([h.step_p99_ms for h in steps])), 2),
-            memory_mb=(first, _sample(process.pid)),
+            memory_mb=(first.memory_mb, last.memory_mb),
             received_kb_s=round(received / elapsed / 1e3 / max(pages, 1), 1),
         )
-
-
-def _sample(pid: int) -> float:
-    """Resident memory of a process [MB]."""
-    return sample_of("dashboard", pid, 0.0).memory_mb

@@ -7,17 +7,14 @@ the machine does.
 
 from __future__ import annotations
 
-import json as encoder
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
-from rich.table import Table
+from statistics import median
 
 from benchmarks.child_processes import child_processes
 from benchmarks.live_stack import LiveStack
-from benchmarks.result_block import find_block, show
+from benchmarks.result_block import find_block, report
 from benchmarks.speed.first_view import FirstView, find_browser, first_view
 from benchmarks.speed.processor_time import processor_times
 from lariat.scenario import find
@@ -38,6 +35,18 @@ class Start:
     """Processor time of each process until then [s]."""
     first_view: FirstView | None = None
     """Times of a browser that then opens the page."""
+
+
+@dataclass(frozen=True)
+class StartTime:
+    """Median of several starts."""
+
+    what: str
+    """Process, or what is there."""
+    processor_s: float | None = None
+    """Processor time until all processes are ready [s]."""
+    after_s: float | None = None
+    """Time from the command on, or from the opening of the page [s]."""
 
 
 def run(
@@ -68,11 +77,8 @@ def run(
     path = find(scenario)
     program = find_browser() if browser else None
     starts = [measure_start(path, program) for _ in range(1 + count)][1:]
-    if json:
-        rows = [asdict(start) for start in starts]
-        print(encoder.dumps({"scenario": str(scenario), "starts": rows}))
-    else:
-        show([_table(scenario, starts)], block)
+    words = f"{scenario}, median of {count} starts"
+    report(list(medians(starts)), words, json=json, block=block)
     return 0
 
 
@@ -91,20 +97,14 @@ def measure_start(scenario: Path, browser: str | None = None) -> Start:
         return Start(stack.ready_after, found, view)
 
 
-def _table(scenario: Path, starts: Sequence[Start]) -> Table:
-    table = Table(caption=f"{scenario}, median of {len(starts)} starts")
-    table.add_column("process")
-    table.add_column("processor time s", justify="right")
-    table.add_column("after s", justify="right")
+def medians(starts: Sequence[Start]) -> Iterator[StartTime]:
+    """Yield the medians of several starts: for each process, for all, and for the page."""
     for name in starts[0].processor_s:
-        table.add_row(name, f"{np.median([start.processor_s[name] for start in starts]):.2f}", "")
-    total = np.median([sum(start.processor_s.values()) for start in starts])
-    ready = np.median([start.ready_after for start in starts])
-    table.add_row("all are ready", f"{total:.2f}", f"{ready:.2f}")
-    views = [start.first_view for start in starts if start.first_view is not None]
-    if views:
-        painted = np.median([view.painted for view in views])
-        usable = np.median([view.usable for view in views])
-        table.add_row("first view of the page, once opened", "", f"{painted:.2f}")
-        table.add_row("its controls", "", f"{usable:.2f}")
-    return table
+        yield StartTime(name, median(start.processor_s[name] for start in starts))
+    total = median(sum(start.processor_s.values()) for start in starts)
+    yield StartTime("all are ready", total, median(start.ready_after for start in starts))
+    if views := [start.first_view for start in starts if start.first_view]:
+        painted = median(view.painted for view in views)
+        usable = median(view.usable for view in views)
+        yield StartTime("first view of the page, once opened", after_s=painted)
+        yield StartTime("its controls", after_s=usable)

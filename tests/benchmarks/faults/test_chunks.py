@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from benchmarks.faults.chunks import CHUNKS, SCENARIO_FOLDER, GatewayCell
+from benchmarks.faults.chunks import CHUNKS, GatewayCell
 from lariat.scenario import load
 from shared.messages import ArmStates
 
 
 def test_longest_chunk_is_followed_beside_one_that_is_refused() -> None:
-    cell = GatewayCell(load(SCENARIO_FOLDER / "three-cylinders.toml"), 0)
+    cell = GatewayCell(load("three-cylinders"), 0)
     for count, dt, _ in CHUNKS.values():
         good, bad = cell.chunk(count, dt), cell.chunk(count, dt, refused=True)
         cell.step([good, bad])

@@ -15,10 +15,12 @@ from typing import Any, Generic, TypeVar
 
 from rich.console import Console
 from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
 from scipy.stats import binomtest
 
 from benchmarks import worker_pool
 from benchmarks.worker_pool import Workers
+from lariat.configuration import ConfigurationError
 
 Spec = TypeVar("Spec")
 Trial = TypeVar("Trial")
@@ -36,34 +38,59 @@ class Campaign(Generic[Spec, Trial]):
     """Function that states a trial in one line."""
 
     def trials(
-        self, specs: Sequence[Spec], results: Path | None = None, workers: Workers = 1
+        self,
+        specs: Sequence[Spec],
+        results: Path | None = None,
+        workers: Workers = 1,
+        again: bool = False,
     ) -> list[Trial]:
         """Run trials, print a line for each, and return them in the order of their specifications.
 
         Specifications without a scene are left out.
+
+        Args:
+            specs: Trials to run.
+            results: File of finished trials, one JSON object a line; trials that it holds are not
+                run again.
+            workers: Number of processes, or the address of a Dask scheduler.
+            again: Run finished trials again.
+
+        Raises:
+            ConfigurationError: The file cannot be written.
         """
-        console = Console(stderr=True, highlight=False, soft_wrap=True)
-        rows = _read(results)
-        found: dict[int, Trial | None] = {}
-        for k, spec in enumerate(specs):
-            if (key := _key(asdict(spec))) in rows:  # pyright: ignore[reportArgumentType]
-                found[k] = self._restored(spec, rows[key])
-        open_ones = [k for k in range(len(specs)) if k not in found]
+        finished: dict[int, Trial | None] = {}
+        rows = {} if again else _read(results)
+        if rows:
+            keys = map(_key, map(asdict, specs))  # pyright: ignore[reportArgumentType]
+            restored = ((k, rows[key]) for k, key in enumerate(keys) if key in rows)
+            finished = {k: self._restored(specs[k], row) for k, row in restored}
+        open_ones = [k for k in range(len(specs)) if k not in finished]
         attempts = worker_pool.compute(
             partial(_attempt, self.run), [specs[k] for k in open_ones], workers
         )
-        for index, trial in attempts:
-            k = open_ones[index]
-            if isinstance(trial, str):
-                found[k], row = None, {"spec": asdict(specs[k]), "missing": trial}  # pyright: ignore[reportArgumentType]
-                console.print(escape(trial))
-            else:
-                found[k], row = trial, asdict(trial)  # pyright: ignore[reportArgumentType]
-                console.print(escape(self.line(trial)))
-            if results:
-                _append(results, row)
-        in_order = (found[k] for k in range(len(specs)))
-        return [trial for trial in in_order if trial is not None]
+        columns = BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+        console = Console(stderr=True, highlight=False, soft_wrap=True)
+        # The bar is gone at the end, and never in a file.
+        progress = Progress(
+            *columns,
+            console=console,
+            redirect_stdout=False,
+            transient=True,
+            disable=not console.is_terminal,
+        )
+        with progress:
+            bar = progress.add_task("", total=len(specs), completed=len(finished))
+            for index, trial in attempts:
+                spec = specs[open_ones[index]]
+                finished[open_ones[index]] = None if isinstance(trial, str) else trial
+                if results and isinstance(trial, str):
+                    _append(results, {"spec": asdict(spec), "missing": trial})  # pyright: ignore[reportArgumentType]
+                elif results:
+                    _append(results, asdict(trial))  # pyright: ignore[reportArgumentType]
+                text = trial if isinstance(trial, str) else self.line(trial)
+                progress.console.print(escape(text))
+                progress.advance(bar)
+        return [trial for k in range(len(specs)) if (trial := finished[k]) is not None]
 
     def _restored(self, spec: Spec, row: dict[str, Any]) -> Trial | None:
         """Trial of a row of the file; None where there was no scene."""
@@ -100,11 +127,14 @@ def _read(results: Path | None) -> dict[str, dict[str, Any]]:
 
 def _append(results: Path, row: dict[str, Any]) -> None:
     """Write one row on a line of its own, after one that was cut off, too."""
-    results.parent.mkdir(parents=True, exist_ok=True)
-    with results.open("a+") as file:
-        file.seek(0)
-        cut_off = not file.read().endswith("\n") and file.tell() > 0
-        file.write("\n" * cut_off + json.dumps(row) + "\n")
+    try:
+        results.parent.mkdir(parents=True, exist_ok=True)
+        with results.open("a+") as file:
+            file.seek(0)
+            cut_off = not file.read().endswith("\n") and file.tell() > 0
+            file.write("\n" * cut_off + json.dumps(row) + "\n")
+    except OSError as error:
+        raise ConfigurationError(f"cannot write {results}: {error}") from error
 
 
 def _key(spec: dict[str, Any]) -> str:

@@ -8,8 +8,13 @@ from dataclasses import replace
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
-from benchmarks.goals.campaign import Trial, TrialSpec, run_trials
+from benchmarks.campaign import Campaign
+from benchmarks.goals.campaign import Trial, TrialSpec, run_trial
 from lariat.scenario import load
+
+
+def line(trial: Trial) -> str:
+    return f"{trial.kind}-{trial.number}: {trial.score.final_error_mm} mm, {trial.reason}"
 
 
 def main(count: int = 8, workers: int = os.cpu_count() or 1) -> Figure:
@@ -21,11 +26,7 @@ def main(count: int = 8, workers: int = os.cpu_count() or 1) -> Figure:
         run=replace(base.run, time_limit=4.0),
     )
     specs = [TrialSpec("easy", number, seed=7, base=base) for number in range(count)]
-
-    def report(trial: Trial) -> None:
-        print(f"{trial.kind}-{trial.number}: {trial.score.final_error_mm} mm, {trial.reason}")
-
-    trials = run_trials(specs, workers, report)
+    trials = Campaign(run_trial, Trial, line).trials(specs, workers=workers)
     print(f"{sum(trial.succeeded for trial in trials)} of {count} as wanted")
     figure = plt.figure()
     axes = figure.add_subplot(projection="3d")

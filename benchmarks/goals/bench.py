@@ -13,13 +13,12 @@ from itertools import groupby, product
 from pathlib import Path
 from typing import Literal
 
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from benchmarks.campaign import Campaign
 from benchmarks.goals import campaign
-from benchmarks.goals.campaign import Trial, TrialSpec
+from benchmarks.goals.campaign import Trial, TrialSpec, run_trial
 from benchmarks.result_block import find_block, show
 from benchmarks.worker_pool import Workers
 from environments.scenes import Kind
@@ -141,7 +140,7 @@ def run(
         )
         variant = variant or kind
         specs += [TrialSpec(kind, k, seed, base, variant) for k in range(first, first + count)]
-    trials = _run_with_progress(specs, workers)
+    trials = Campaign(run_trial, Trial, _line).trials(specs, workers=workers)
     groups = {name: list(group) for name, group in groupby(trials, key=lambda t: t.variant)}
     if plots:
         _plot(groups, plots)
@@ -198,34 +197,12 @@ def _common_scenario(
     )
 
 
-def _run_with_progress(specs: list[TrialSpec], workers: Workers) -> list[Trial]:
-    console = Console(stderr=True, highlight=False)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[result]}"),
-        TimeElapsedColumn(),
-    )
-    success_count = 0
-    with Progress(*columns, console=console, redirect_stdout=False) as progress:
-        bar = progress.add_task("Trials", total=len(specs), result="")
-
-        def report(trial: Trial) -> None:
-            nonlocal success_count
-            success_count += trial.succeeded
-            finished = progress.tasks[0].completed + 1
-            progress.update(bar, advance=1, result=f"{success_count} of {finished:g} succeeded")
-            if not trial.succeeded:
-                progress.console.print(_line(trial))
-
-        return campaign.run_trials(specs, workers, report)
-
-
 def _line(trial: Trial) -> str:
     score = trial.score
+    verdict = "succeeded" if trial.succeeded else "failed"
     return (
-        f"{trial.kind}-{trial.number} ({trial.variant}): error {score.final_error_mm} mm, "
+        f"{trial.kind}-{trial.number} ({trial.variant}) {verdict}: "
+        f"error {score.final_error_mm} mm, "
         f"clearance {score.min_clearance_mm} mm, contact {score.contact_time_s} s, "
         f"replans {score.replans}; {trial.reason}"
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -11,10 +11,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
-from benchmarks import worker_pool
 from benchmarks.conditions import Conditions
 from benchmarks.goals.motion_metrics import MotionMetrics
-from benchmarks.worker_pool import Workers
 from environments.scenes import Kind, sample_scene
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import Scenario
@@ -103,17 +101,6 @@ class Trial:
         for key in ("shapes", "goal", "obstacles"):
             del table[key]
         return table
-
-
-def run_trials(
-    specs: Sequence[TrialSpec], workers: Workers, report: Callable[[Trial], None]
-) -> list[Trial]:
-    """Run trials and return them in the order of their specifications."""
-    trials: dict[int, Trial] = {}
-    for k, trial in worker_pool.compute(run_trial, specs, workers):
-        trials[k] = trial
-        report(trial)
-    return [trials[k] for k in range(len(specs))]
 
 
 def run_trial(spec: TrialSpec) -> Trial:

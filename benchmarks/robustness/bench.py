@@ -8,17 +8,17 @@ is a rest shape of the true rope as truly held, at the scenario's grips or at se
 from __future__ import annotations
 
 import json as encoder
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from benchmarks import worker_pool
+from benchmarks.campaign import Campaign
 from benchmarks.robustness.combinations import Combination, sample
 from benchmarks.robustness.tables import write_page
 from benchmarks.robustness.trial import (
@@ -26,7 +26,6 @@ from benchmarks.robustness.trial import (
     MAX_ERROR_ON_SUPPORT,
     MAX_STIFFNESS_ERROR,
     Trial,
-    TrialFile,
     run_trial,
 )
 from benchmarks.worker_pool import Workers
@@ -76,15 +75,10 @@ def run(
     """
     numbers = only or range(first, first + count)
     combinations = [sample(seed, number, scenario, adapt) for number in numbers]
-    file = TrialFile(folder / "trials.jsonl")
-    finished = {} if again else file.find(combinations)
-    open_ones = [c for c in combinations if c.number not in finished]
-    for trial in _run_with_progress(open_ones, len(finished), folder, workers):
-        file.append(trial)
-        finished[trial.number] = trial
-    refused = [c for c in combinations if c.number not in finished]
-    combinations = [c for c in combinations if c.number in finished]
-    trials = [finished[c.number] for c in combinations]
+    campaign = Campaign(partial(run_trial, folder), Trial, _line)
+    trials = campaign.trials(combinations, folder / "trials.jsonl", workers, again)
+    refused = len(combinations) - len(trials)
+    combinations = [trial.spec for trial in trials]
     if not trials:
         raise ConfigurationError("none of the combinations can be run; take another seed")
     if docs:
@@ -97,38 +91,8 @@ def run(
     return 1 if refused or any(t.faults for t in trials) else 0
 
 
-def _run_with_progress(
-    combinations: Sequence[Combination], finished: int, folder: Path, workers: Workers
-) -> Iterator[Trial]:
-    console = Console(stderr=True, highlight=False)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    tasks = [
-        (c, folder / f"{c.seed}-{c.number}{'' if c.adapts else '-no-adapt'}") for c in combinations
-    ]
-    with Progress(*columns, console=console, redirect_stdout=False) as progress:
-        total = finished + len(combinations)
-        bar = progress.add_task("Combinations", total=total, completed=finished)
-        for k, trial in worker_pool.compute(_attempt, tasks, workers):
-            progress.advance(bar)
-            if isinstance(trial, ConfigurationError):
-                progress.console.print(escape(f"{combinations[k]}: cannot be run: {trial}"))
-                continue
-            verdict = ", ".join(trial.faults) or "good"
-            progress.console.print(escape(f"{combinations[k]}: {verdict}"))
-            yield trial
-
-
-def _attempt(task: tuple[Combination, Path]) -> Trial | ConfigurationError:
-    """Finished run, or why the combination cannot be run; the others go on."""
-    try:
-        return run_trial(task)
-    except ConfigurationError as error:
-        return error
+def _line(trial: Trial) -> str:
+    return f"{trial.spec}: {', '.join(trial.faults) or 'good'}"
 
 
 def summary(trials: Sequence[Trial]) -> dict[str, float]:

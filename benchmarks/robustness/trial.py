@@ -1,9 +1,8 @@
-"""One run of a combination, its verdict, and the file of finished runs."""
+"""One run of a combination, and its verdict."""
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -38,8 +37,8 @@ TOLD_DEVIATION = 0.05
 class Trial:
     """Finished run."""
 
-    combination: dict[str, Any]
-    """The combination, as it is written to a file."""
+    spec: Combination
+    """The combination."""
     commit: str
     """Commit of the code that ran."""
     score: dict[str, Any]
@@ -62,7 +61,7 @@ class Trial:
     @property
     def number(self) -> int:
         """Number of the combination."""
-        return self.combination["number"]
+        return self.spec.number
 
     @property
     def error_mm(self) -> float:
@@ -117,7 +116,7 @@ class Trial:
     def faults(self) -> list[str]:
         """What keeps the run from being good, in words."""
         faults = []
-        adapts = self.combination["adapts"]
+        adapts = self.spec.adapts
         # Without adaptation a run may fail, as long as it says so.
         if not self.near and (adapts or not self.stopped):
             faults.append(f"{self.error_mm:.2f} mm off")
@@ -128,20 +127,24 @@ class Trial:
         return faults
 
 
-def run_trial(task: tuple[Combination, Path]) -> Trial:
-    """Run a combination.
+def run_trial(folder: Path, combination: Combination) -> Trial:
+    """Run a combination, whose scenario and goal are kept below a folder.
 
     Raises:
         ConfigurationError: The combination has no goal that keeps clear of the obstacles.
     """
-    combination, folder = task
-    scenario = build_scene(combination, folder)
+    adapts = "" if combination.adapts else "-no-adapt"
+    name = f"{combination.seed}-{combination.number}{adapts}"
+    try:
+        scenario = build_scene(combination, folder / name)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{combination}: cannot be run: {error}") from None
     outcome = closed_loop.run(scenario, stop_after=TIME_AFTER_GOAL)
     ended = outcome.stack.latest(topics.TASK_STATE)
     properties, least = true_properties(scenario), bounds(scenario)
     profile = np.mean(properties.stiffness_profile)
     return Trial(
-        as_written(combination),
+        combination,
         commit(),
         closed_loop.as_json(outcome.score),
         outcome.reason,
@@ -159,45 +162,3 @@ def _clearance(scenario: Scenario) -> float:
     assert nodes is not None
     solids = [body for body in scenario.bodies if not body.support]
     return chain_clearance(nodes, scenario.plant_rope.diameter / 2.0, solids)
-
-
-def as_written(combination: Combination) -> dict[str, Any]:
-    """Combination as JSON reads it back, so that both compare equal."""
-    return json.loads(json.dumps(asdict(combination)))
-
-
-class TrialFile:
-    """JSON lines of finished runs, one per combination."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def read(self) -> list[Trial]:
-        """Return the finished runs; a line that was cut off is left out."""
-        if not self._path.exists():
-            return []
-        trials = []
-        for line in self._path.read_text().splitlines():
-            try:
-                trials.append(Trial(**json.loads(line)))
-            except (ValueError, TypeError):
-                continue
-        return trials
-
-    def find(self, combinations: list[Combination]) -> dict[int, Trial]:
-        """Return the newest finished run of each of some combinations, by number."""
-        wanted = {c.number: as_written(c) for c in combinations}
-        return {t.number: t for t in self.read() if t.combination == wanted.get(t.number)}
-
-    def append(self, trial: Trial) -> None:
-        """Write one run at the end.
-
-        Raises:
-            ConfigurationError: The file cannot be written.
-        """
-        try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            with self._path.open("a") as file:
-                file.write(json.dumps(asdict(trial)) + "\n")
-        except OSError as error:
-            raise ConfigurationError(f"cannot write {self._path}: {error}") from error

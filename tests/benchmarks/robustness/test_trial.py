@@ -10,7 +10,7 @@ from benchmarks.robustness import bench
 from benchmarks.robustness.bench import summary
 from benchmarks.robustness.combinations import Combination, sample
 from benchmarks.robustness.tables import write_page
-from benchmarks.robustness.trial import Trial, TrialFile, as_written
+from benchmarks.robustness.trial import Trial
 from lariat.configuration import ConfigurationError
 
 SCORE = {
@@ -23,7 +23,7 @@ SCORE = {
     "parameters": {"bending_stiffness": [2.1e-4, 1e-5]},
 }
 GOOD = Trial(
-    as_written(sample(0, 3)),
+    sample(0, 3),
     "abc",
     SCORE,
     "the time limit has passed",
@@ -52,24 +52,13 @@ def test_a_run_is_judged_by_error_contact_and_stiffness() -> None:
 
 
 def test_a_run_without_adaptation_may_give_up_but_not_miss_its_goal_silently() -> None:
-    combination = as_written(sample(0, 3, adapts=False))
-    missed = replace(GOOD, combination=combination, score=SCORE | {"final_error_mm": 40.0})
+    combination = sample(0, 3, adapts=False)
+    missed = replace(GOOD, spec=combination, score=SCORE | {"final_error_mm": 40.0})
     assert missed.faults == ["40.00 mm off"]
     assert replace(missed, stopped=True).faults == []
     assert replace(missed, stopped=True, score=missed.score | {"contact_time_s": 0.1}).touched
-    wrong = replace(GOOD, combination=combination, true_stiffness=1.0e-4)
+    wrong = replace(GOOD, spec=combination, true_stiffness=1.0e-4)
     assert wrong.faults == []
-
-
-def test_finished_runs_are_found_again_unless_the_combination_is_another(tmp_path: Path) -> None:
-    file = TrialFile(tmp_path / "trials.jsonl")
-    assert file.find([sample(0, 3)]) == {}
-    file.append(replace(GOOD, commit="older"))
-    file.append(GOOD)
-    with (tmp_path / "trials.jsonl").open("a") as stream:
-        stream.write('{"combination": {"num')  # Interrupted while it was written.
-    assert file.find([sample(0, 3), sample(0, 4)]) == {3: GOOD}
-    assert file.find([sample(1, 3)]) == {}
 
 
 def test_page_lists_every_run_with_what_it_missed(tmp_path: Path) -> None:
@@ -83,11 +72,10 @@ def test_page_lists_every_run_with_what_it_missed(tmp_path: Path) -> None:
 def test_a_combination_that_cannot_be_run_does_not_end_the_campaign(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def attempt(task: tuple[Combination, Path]) -> Trial:
-        combination, _ = task
+    def attempt(folder: Path, combination: Combination) -> Trial:
         if combination.number == 3:
-            raise ConfigurationError("its goal is inside an obstacle")
-        return replace(GOOD, combination=as_written(combination))
+            raise ConfigurationError("cannot be run: its goal is inside an obstacle")
+        return replace(GOOD, spec=combination)
 
     monkeypatch.setattr(bench, "run_trial", attempt)
     assert bench.run(only=(3, 4), folder=tmp_path, json=True) == 1

@@ -77,7 +77,7 @@ class ObstacleView:
             # Seen through, so that it hides nothing of the scene.
             color = palette.REGION
             place |= {"wireframe": True, "cast_shadow": False}
-        mesh = obstacle.row.mesh(obstacle.packed_sizes, sides=40)
+        mesh = obstacle.row.mesh(obstacle.packed_sizes, sides=40).with_edges()
         body = self._scene.add_mesh_simple(path, mesh.points, mesh.triangles, color=color, **place)
         name = obstacle.name
         if not obstacle.keep_in:

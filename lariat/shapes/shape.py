@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
+from collections import defaultdict
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -14,6 +15,8 @@ from jaxtyping import Bool, Float64, Int64
 
 DIFFERENCE = 1e-7
 """Half of the step of the differences by which a gradient is taken [m]."""
+SMOOTH = 0.7
+"""Cosine of the angle between two faces below which their edge is sharp [-]."""
 BRACKETS = 12
 """Number of times that the part of a line with its nearest point is narrowed."""
 NARROWING = 4
@@ -63,6 +66,30 @@ class Mesh(NamedTuple):
     def triangles(self) -> Int64[np.ndarray, "t 3"]:
         """Indices of the corners of triangles."""
         return np.array([(f[0], a, b) for f in self.faces for a, b in itertools.pairwise(f[1:])])
+
+    def with_edges(self) -> Mesh:
+        """Return the mesh with a corner for each side of a sharp edge, for smooth shading between.
+
+        Renderers shade a corner by the mean normal of its faces.
+        """
+        points: list[Float64[np.ndarray, "3"]] = []
+        normals: list[Float64[np.ndarray, "3"]] = []
+        at_corner: dict[int, list[int]] = defaultdict(list)
+        faces = []
+        for face in self.faces:
+            corners = self.points[list(face)]
+            normal = unit(np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0))
+            indices = []
+            for k in face:
+                same = (n for n in at_corner[k] if normals[n] @ normal > SMOOTH)
+                index = next(same, len(points))
+                if index == len(points):
+                    points.append(self.points[k])
+                    normals.append(normal)
+                    at_corner[k].append(index)
+                indices.append(index)
+            faces.append(tuple(indices))
+        return Mesh(np.array(points), tuple(faces))
 
 
 class BodyShape(ABC):

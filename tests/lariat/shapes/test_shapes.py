@@ -110,3 +110,14 @@ def test_packed_bodies_are_unpacked_as_they_were(shape: SolidName) -> None:
     packed = pack([solid])
     assert packed[0, 0] == ShapeCode[shape.upper()]
     np.testing.assert_allclose(pack(unpack(packed)), packed)
+
+
+@pytest.mark.parametrize(
+    ("shape", "count"), [("box", 24), ("cylinder", 4 * 40), ("sphere", 8 * 40 + 2)]
+)
+def test_only_sharp_edges_get_corners_of_their_own(shape: SolidName, count: int) -> None:
+    mesh = SHAPES[shape].mesh(body(shape).packed_sizes, 40)
+    split = mesh.with_edges()
+    assert len(split.points) == count
+    for face, former in zip(split.faces, mesh.faces, strict=True):
+        np.testing.assert_array_equal(split.points[list(face)], mesh.points[list(former)])

@@ -17,7 +17,7 @@ import cv2
 import tyro
 
 from shared.recording import Recording
-from shared.video import film, gif
+from shared.video import gif, video
 from shared.video.recorded_run import RecordedRun
 from shared.video.video import Picture, VideoSettings
 from tests.browser.chromium import opened
@@ -118,7 +118,7 @@ def main(folder: Path = Path("film"), gifs: Path | None = None) -> None:
             gif.write_gif(Recording.open(recordings[scenario]), gifs / name)
         gif.encode_gif((resized(p, PAGE_GIF) for p in page), gifs / "page.gif", PAGE_GIF)
     file = folder / "lariat.mp4"
-    duration = film.encode_video(pictures(recordings, page), file, FILM)
+    duration = video.encode_video(pictures(recordings, page), file, FILM)
     print(f"{file}: {duration:.0f} s")
 
 
@@ -174,10 +174,10 @@ def pictures(recordings: dict[str, Path], page: list[Path]) -> Iterator[Picture]
         recordings: Recordings by scenario.
         page: Pictures of the page.
     """
-    yield from film.title_card(
+    yield from video.title_card(
         "Lariat", ("Shaping ropes and cables with a robot",), TITLE_TIME, FILM
     )
-    yield from film.title_card(
+    yield from video.title_card(
         "The page",
         ("Set a goal, press Start, watch rope, path, camera and plots.",),
         TITLE_TIME,
@@ -188,10 +188,10 @@ def pictures(recordings: dict[str, Path], page: list[Path]) -> Iterator[Picture]
         for _ in range(REPEATS):
             yield picture
     for scene in SCENES:
-        yield from film.title_card(scene.title, scene.lines, TITLE_TIME, FILM)
+        yield from video.title_card(scene.title, scene.lines, TITLE_TIME, FILM)
         run = RecordedRun(Recording.open(recordings[scene.scenario]))
-        yield from film.run_pictures(run, FILM)
-    yield from film.title_card(
+        yield from video.run_pictures(run, FILM)
+    yield from video.title_card(
         "Lariat",
         (
             "All runs are simulated and shown in real time.",

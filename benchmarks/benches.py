@@ -36,7 +36,9 @@ BENCHES: dict[str, Bench] = {
     "perception camera": Bench("benchmarks.perception.camera", "the simulated camera, and markers"),
     "faults": Bench("benchmarks.faults", "faults injected into the live stack, and how arms stop"),
     "faults attacks": Bench("benchmarks.faults.attacks", "attacks by those who may not use it"),
-    "faults fuzz": Bench("benchmarks.faults.fuzz", "hostile messages and files for every process"),
+    "faults fuzz": Bench(
+        "benchmarks.faults.fuzz.bench", "hostile messages and files for every process"
+    ),
     "faults chunks": Bench("benchmarks.faults.chunks", "the gateway's tick with longest chunks"),
     "faults network": Bench(
         "benchmarks.faults.network", "runs while messages are lost or late, or clocks differ"

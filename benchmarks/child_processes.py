@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from pathlib import Path
+
+import psutil
 
 
 def child_processes(pid: int) -> dict[int, str]:
@@ -12,14 +13,18 @@ def child_processes(pid: int) -> dict[int, str]:
     A name is the last part of the module that a process runs, with the side that it is for.
     """
     found = {}
-    for tasks in Path(f"/proc/{pid}/task").glob("*/children"):
-        for child in map(int, tasks.read_text().split()):
-            # It may just have ended.
-            with suppress(OSError):
-                words = Path(f"/proc/{child}/cmdline").read_bytes().decode().split("\0")
-                if name := _name(words):
-                    found[child] = name
+    for child in psutil.Process(pid).children():
+        # It may just have ended.
+        with suppress(psutil.Error):
+            if name := _name(child.cmdline()):
+                found[child.pid] = name
     return found
+
+
+def processor_times(pid: int) -> tuple[float, float]:
+    """Return the processor times of a process, and of its children that have ended [s]."""
+    times = psutil.Process(pid).cpu_times()
+    return times.user + times.system, times.children_user + times.children_system
 
 
 def _name(words: list[str]) -> str:

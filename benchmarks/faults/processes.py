@@ -245,9 +245,7 @@ class CellProcesses:
         options = ["--hub", hub, "--namespace", self.namespace, "--rate", str(HOSTILE_RATE)]
         if secret := find_local_secret((hub,)):
             options += ["--settings", str(secret)]
-        self._run(
-            "hostile", module_entry.command("benchmarks.faults.fuzz.hostile_publisher", *options)
-        )
+        self._run("hostile", module_entry.command("benchmarks.faults.hostile_publisher", *options))
 
     def end(self, name: str) -> None:
         """End a process that was started here, and wait until it is gone."""

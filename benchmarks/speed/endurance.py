@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+import psutil
 
 from benchmarks.child_processes import child_processes
 from benchmarks.conditions import Conditions
@@ -141,7 +142,7 @@ def _simulated_samples(cell: RepeatedRuns, minutes: float) -> Iterator[Sample]:
     """Yield a sample of this process for each service, whose step times they hold."""
     for name in services.NAMES:
         times = cell.stack.step_ms(name)
-        yield sample_of(name, "self", minutes, float(np.percentile(times, 99)))
+        yield sample_of(name, None, minutes, float(np.percentile(times, 99)))
         times.clear()
 
 
@@ -186,11 +187,11 @@ def live(scenario: Path, minutes: float, pages: int, hostile_rate: float = 0.0) 
 def _live_samples(launcher: int, operator: Operator, minutes: float) -> Iterator[Sample]:
     yield sample_of("lariat up", launcher, minutes)
     for name, health in sorted(operator.health.items()):
-        with suppress(OSError):  # It may just be restarted.
+        with suppress(psutil.Error):  # It may just be restarted.
             steps = health.step_p99_ms, health.period_ms
             yield sample_of(name, health.process, minutes, *steps)
     stepping = {health.process for health in operator.health.values()}
     for pid, name in sorted(child_processes(launcher).items()):
         if pid not in stepping:
-            with suppress(OSError):
+            with suppress(psutil.Error):
                 yield sample_of(name, pid, minutes)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import resource
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-
-from benchmarks.speed.processor_time import processor_times
+import psutil
 
 
 @dataclass(frozen=True)
@@ -60,7 +57,7 @@ class Trend:
 
 def sample_of(
     process: str,
-    pid: int | str,
+    pid: int | None,
     minutes: float,
     step_p99_ms: float = 0.0,
     period_ms: float = 0.0,
@@ -69,23 +66,23 @@ def sample_of(
 
     Args:
         process: Name of the process.
-        pid: Its id, or `self`.
+        pid: Its id; None: this process.
         minutes: Time of operation so far [min].
         step_p99_ms: 99th percentile of its step times [ms].
         period_ms: Period of its steps [ms].
 
     Raises:
-        OSError: There is no such process.
+        psutil.NoSuchProcess: There is no such process.
     """
-    folder = Path(f"/proc/{pid}")
-    pages = int((folder / "statm").read_text().split()[1])
+    found = psutil.Process(pid)
+    times = found.cpu_times()
     return Sample(
         process=process,
         minutes=round(minutes, 3),
-        memory_mb=round(pages * resource.getpagesize() / 2**20, 2),
-        files=len(list((folder / "fd").iterdir())),
-        threads=len(list((folder / "task").iterdir())),
-        processor_s=round(processor_times(pid)[0], 2),
+        memory_mb=round(found.memory_info().rss / 2**20, 2),
+        files=found.num_fds(),
+        threads=found.num_threads(),
+        processor_s=round(times.user + times.system, 2),
         step_p99_ms=round(step_p99_ms, 3),
         period_ms=round(period_ms, 3),
     )

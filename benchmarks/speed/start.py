@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from benchmarks.child_processes import child_processes
+from benchmarks.child_processes import child_processes, processor_times
 from benchmarks.live_stack import LiveStack
 from benchmarks.result_block import find_block, report
 from benchmarks.speed.first_view import FirstView, find_browser, first_view
-from benchmarks.speed.processor_time import processor_times
 from lariat.scenario import find
 
 LAUNCHER = "lariat up"

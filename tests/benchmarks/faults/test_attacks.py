@@ -17,7 +17,7 @@ def test_nobody_else_reads_or_writes_and_a_run_reaches_its_goal_afterwards() -> 
     command = [sys.executable, "-m", "cli", "bench", "faults", "attacks", "--json"]
     said = subprocess.run(command, capture_output=True, text=True, timeout=200.0)
     assert said.stdout, said.stderr
-    attacks = json.loads(said.stdout)["attacks"]
+    attacks = json.loads(said.stdout)["rows"]
     assert [f"{each['who']}: {each['attempt']}" for each in attacks if not each["held"]] == []
     others = {each["who"] for each in attacks if not each["outcome"].startswith("left out")}
     expected = {"another web page in the same browser", "a process with the bus's password"}

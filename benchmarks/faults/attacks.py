@@ -1,0 +1,434 @@
+"""Attacks on a live stack by those who may not use it: `lariat bench faults attacks`.
+
+Each attacker first shows that they could succeed, or `NoControl` is raised: the refusal of who
+could do nothing anyway would prove nothing.
+"""
+
+from __future__ import annotations
+
+import base64
+import http.client
+import json as encoder
+import logging
+import os
+import secrets
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+import psutil
+
+from benchmarks.faults.machines import ROBOT, cable, on_second_machine
+from benchmarks.live_stack import LiveStack
+from benchmarks.operator import DeadlineMissed, Operator
+from benchmarks.result_block import report
+from lariat.configuration import ConfigurationError
+from lariat.scenario.shipped import find
+from shared import bus as buses
+from shared import topics
+from shared.bus import BusOptions, Unreachable
+from shared.messages import (
+    ArmCommand,
+    ArmSetpoints,
+    ArmStates,
+    Scene,
+    Setpoints,
+    validation,
+)
+from shared.messages.checks.values import MAX_INTEGER
+from stack.client import Client
+from stack.credentials.local_secret import find_local_secret
+
+DEFAULT_SCENARIO = Path("three-cylinders")
+"""Scenario of the stack: a cell that arms itself, so that whoever gets in could move it."""
+NOBODY = 65534
+"""Id of the user that plays another one."""
+PASSWORD = "transport/auth/usrpwd/password"
+"""Setting of the bus that holds the password."""
+JOIN_TIMEOUT = 0.5
+"""Longest wait for an answer of the bus [s]."""
+RECORDING_TIMEOUT = 10.0
+"""Longest wait for the first recording [s]."""
+ENTERED, SWITCHED = 200, 101
+"""Answers of HTTP: a page, and a WebSocket."""
+EVIL = "https://evil.example"
+"""Origin of a page of somebody else."""
+PROBE = """
+import json, socket, sys
+socket.setdefaulttimeout(1.0)
+open = lambda port: not socket.socket().connect_ex((sys.argv[1], port))
+print(json.dumps([port for port in map(int, sys.argv[2:]) if open(port)]))
+"""
+"""Program that prints which ports of a host accept a connection."""
+WATCH_TIME, PERIOD = 0.5, 0.02
+"""Time for which arms are watched during an attack, and time between two hostile messages [s]."""
+LIFT = 0.02
+"""Height of the motion that hostile setpoints ask for [m]."""
+POSES, DT = 26, 20_000_000
+"""Number of poses of hostile setpoints, and time between two of them [ns]."""
+STILL = 1e-4
+"""Motion of a grip that counts as none [m]."""
+RUN_TIMEOUT = 60.0
+"""Longest wait for the goal of the lawful run afterwards [s]."""
+
+
+@dataclass(frozen=True)
+class Attack:
+    """Attempt of somebody who may not do it."""
+
+    who: str
+    """Attacker."""
+    attempt: str
+    """What they try."""
+    outcome: str
+    """What comes of it, in words."""
+    held: bool
+    """Whether it was refused."""
+
+
+class NoControl(RuntimeError):
+    """What must be possible is not, so that the refusal of an attack would prove nothing."""
+
+
+def run(scenario: Path = DEFAULT_SCENARIO, json: bool = False) -> int:
+    """Attack a live stack as a web page, another user, a machine of the network, a process.
+
+    Another user and another machine are played by root alone; without it these attacks are left
+    out, and the table says so.
+
+    Args:
+        scenario: A scenario's TOML file, or the short name of a shipped one.
+        json: Print one JSON object instead of a table.
+
+    Returns:
+        0 when every attack was refused and nothing moved, 1 otherwise.
+    """
+    attacks: list[Attack] = []
+    # What this process is refused is the result, not news.
+    logging.disable(logging.WARNING)
+    with LiveStack(find(scenario)) as stack:
+        # First those that fork: the bus has not been joined yet.
+        for of_an_attacker in (_other_user, _other_machine, _web_pages, _bus_member):
+            attacks += of_an_attacker(stack)
+    logging.disable(logging.NOTSET)
+    report(attacks, json=json)
+    return 0 if attacks and all(each.held for each in attacks) else 1
+
+
+# Another user of the machine
+
+
+def _other_user(stack: LiveStack) -> Iterator[Attack]:
+    """Read and write what belongs to the stack, as another user."""
+    who = "another user of the machine"
+    if os.geteuid():
+        yield Attack(who, "read files, join the bus, send signals", "left out: needs root", True)
+        return
+    secret = find_local_secret((stack.hub,))
+    pids, ports = _processes(stack)
+    recordings = _recordings(stack)
+    if secret is None or not ports or not recordings:
+        raise NoControl(f"secret {secret}, ports {ports}, recordings {recordings}")
+    temporary, memory = Path(tempfile.gettempdir()), Path("/dev/shm").iterdir()
+    lawful = encoder.loads(secret.read_text())
+    token = stack.address.partition("token=")[2]
+    hidden = (lawful[PASSWORD].encode(), token.encode())
+
+    def join(port: int, settings: dict[str, str]) -> None:
+        # The list of users is for those who listen.
+        own = {k: value for k, value in settings.items() if not k.endswith("dictionary_file")}
+        with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+            encoder.dump(own, file)
+            file.flush()
+            hub = (f"tcp/127.0.0.1:{port}",)
+            options = BusOptions(stack.namespace, hub, (), "client", Path(file.name))
+            with buses.open(options, "stranger", timeout=JOIN_TIMEOUT):
+                pass
+
+    def find_secret(path: Path) -> None:
+        text = path.read_bytes()
+        if not any(each in text for each in hidden):
+            raise PermissionError("no secret")
+
+    with tempfile.NamedTemporaryFile() as public:
+        os.chmod(public.name, 0o644)
+        if not _as_nobody([Path(public.name)], Path.read_bytes):
+            raise NoControl("the other user cannot even read a public file")
+    if _as_nobody([stack.port], lambda port: join(port, lawful)) != str(stack.port):
+        raise NoControl("the password does not admit either")
+    processes = [Path(f"/proc/{pid}") for pid in pids]
+    for attempt, things, attack in (
+        ("read the bus's password", [secret, secret.with_suffix(".users")], Path.read_bytes),
+        ("list private folders", [*temporary.glob("lariat-*"), secret.parent], os.listdir),
+        (
+            "read shared memory",
+            [p for p in memory if p.stat().st_uid == os.getuid()],
+            Path.read_bytes,
+        ),
+        ("read recordings", recordings, Path.read_bytes),
+        ("reach the page's inner socket", list(temporary.glob("lariat-page-*/viser")), _connect),
+        ("find a secret in a command line", [p / "cmdline" for p in processes], find_secret),
+        ("read a process's environment", [p / "environ" for p in processes], Path.read_bytes),
+        ("freeze a process", pids, lambda pid: os.kill(pid, signal.SIGSTOP)),
+        ("join the bus without a password", ports, lambda port: join(port, {})),
+        (
+            "join the bus with a guessed password",
+            [stack.port],
+            lambda port: join(port, lawful | {PASSWORD: "guess"}),
+        ),
+    ):
+        achieved = _as_nobody(things, attack)
+        outcome = achieved or (f"none of {len(things)}" if things else "there is nothing to try")
+        yield Attack(who, attempt, outcome, held=not achieved)
+
+
+def _as_nobody(things: Sequence[Any], attack: Callable[[Any], object]) -> str:
+    """Return the things at which an attack of another user succeeds, in words; empty: none."""
+
+    def succeeds(thing: Any) -> bool:
+        try:
+            attack(thing)
+        except (OSError, Unreachable):
+            return False
+        return True
+
+    readable, writable = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.close(readable)
+            os.setgroups([])
+            os.setgid(NOBODY)
+            os.setuid(NOBODY)
+            # At once: the bus does not answer whom it refuses.
+            with ThreadPoolExecutor(len(things) or 1) as pool:
+                done = pool.map(succeeds, things)
+                achieved = ", ".join(str(t) for t, each in zip(things, done, strict=True) if each)
+        except BaseException as error:
+            achieved = f"raised {type(error).__name__}: {error}"
+        os.write(writable, achieved.encode()[:4000])
+        os._exit(0)
+    os.close(writable)
+    with os.fdopen(readable, "rb") as answer:
+        achieved = answer.read().decode()
+    os.waitpid(child, 0)
+    return achieved
+
+
+def _recordings(stack: LiveStack) -> list[Path]:
+    """Return the files of the recorder, once there is one."""
+    deadline = time.monotonic() + RECORDING_TIMEOUT
+    while not (files := list((stack.folder / "recordings").glob("*.mcap"))):
+        if time.monotonic() > deadline:
+            break
+        time.sleep(PERIOD)
+    return files
+
+
+def _connect(path: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as client:
+        client.connect(str(path))
+
+
+def _processes(stack: LiveStack) -> tuple[list[int], list[int]]:
+    """Return the processes of a stack, and the ports on which they listen."""
+    launcher = psutil.Process(stack.pid)
+    processes = [launcher, *launcher.children(recursive=True)]
+    sockets = [s for process in processes for s in process.net_connections("tcp")]
+    ports = {s.laddr.port for s in sockets if s.status == psutil.CONN_LISTEN}
+    return [process.pid for process in processes], sorted(ports)
+
+
+# Another machine of the network
+
+
+def _other_machine(stack: LiveStack) -> Iterator[Attack]:
+    """Connect to every port on which the stack listens, from a network namespace."""
+    who, attempt = "another machine of the network", "connect to every port of the stack"
+    if os.geteuid():
+        yield Attack(who, attempt, "left out: needs root", held=True)
+        return
+    _, ports = _processes(stack)
+    try:
+        with cable(), socket.create_server((ROBOT, 0)) as control:
+            open_port = control.getsockname()[1]
+            command = [sys.executable, "-c", PROBE, ROBOT, *map(str, (open_port, *ports))]
+            answer = subprocess.run(
+                on_second_machine(command), capture_output=True, text=True, timeout=60, check=True
+            )
+    except ConfigurationError as error:
+        yield Attack(who, attempt, f"left out: {error}", held=True)
+        return
+    reached = encoder.loads(answer.stdout)
+    if open_port not in reached or not ports:
+        raise NoControl(f"the stack listens on {ports}; reached from the namespace: {reached}")
+    reached.remove(open_port)
+    outcome = f"reaches {reached}" if reached else f"none of {len(ports)} answers"
+    yield Attack(who, attempt, outcome, held=not reached)
+
+
+# Web pages
+
+
+def _web_pages(stack: LiveStack) -> Iterator[Attack]:
+    """Attack the page from other pages, under other names, and without its token."""
+    parts = urlsplit(stack.address)
+    own, token = parts.netloc, f"/?{parts.query}"
+
+    def ask(path: str, upgrade: bool = False, method: str = "GET", **headers: str):
+        sent = {"Host": own, **headers}
+        if upgrade:
+            key = base64.b64encode(secrets.token_bytes(16)).decode()
+            sent |= {"Connection": "Upgrade", "Upgrade": "websocket"}
+            sent |= {"Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": key}
+        connection = http.client.HTTPConnection("127.0.0.1", parts.port, timeout=10.0)
+        try:
+            connection.request(method, path, headers=sent)
+            answer = connection.getresponse()
+            text = "" if answer.status == SWITCHED else answer.read().decode(errors="replace")
+            return answer.status, answer.getheader("Set-Cookie", ""), text
+        finally:
+            connection.close()
+
+    status, cookie, entrance = ask(token)
+    if status != ENTERED:
+        raise NoControl(f"the printed address is answered with {status}")
+    cookie = cookie.partition(";")[0]
+    page = entrance.partition("url=")[2].partition('"')[0].rstrip("/")
+    origin = f"http://{own}"
+    sockets = {"page": page, "cell": f"{page}/cell"}
+    for path in sockets.values():
+        if (status := ask(path, True, Cookie=cookie, Origin=origin)[0]) != SWITCHED:
+            raise NoControl(f"the page's own WebSocket is answered with {status}")
+    other = "another web page in the same browser"
+    rebound = "a foreign name that resolves here (DNS rebinding)"
+    stranger = "somebody without the token"
+    forged = f"{cookie.partition('=')[0]}={secrets.token_hex(22)}"
+    attempts: list[tuple[str, str, tuple[int, str, str]]] = []
+    for foreign in (EVIL, f"http://127.0.0.1:{(parts.port or 0) + 1}", "null"):
+        for name, path in sockets.items():
+            answer = ask(path, True, Cookie=cookie, Origin=foreign)
+            attempts.append((other, f"WebSocket of the {name}, from {foreign}", answer))
+        answer = ask(f"{page}/hold", method="POST", Cookie=cookie, Origin=foreign)
+        attempts.append((other, f"POST to hold, from {foreign}", answer))
+    for host in (
+        "evil.example",
+        f"evil.example:{parts.port}",
+        f"127.0.0.1.evil.example:{parts.port}",
+    ):
+        attempts.append((rebound, f"the token under {host}", ask(token, Host=host)))
+        answer = ask(page, True, Host=host, Cookie=cookie, Origin=f"http://{host}")
+        attempts.append((rebound, f"WebSocket under {host}", answer))
+    attempts += [
+        (stranger, "the entrance", ask("/")),
+        (stranger, "a guessed token", ask(f"/?token={secrets.token_hex(32)}")),
+        (stranger, "the page's path without a cookie", ask(f"{page}/")),
+        (stranger, "the page's path with a forged cookie", ask(f"{page}/", Cookie=forged)),
+        (
+            stranger,
+            "WebSocket with a forged cookie",
+            ask(page, True, Cookie=forged, Origin=origin),
+        ),
+        (
+            stranger,
+            "a cookie and a guessed path",
+            ask(f"/{secrets.token_hex(22)}/x/", Cookie=cookie),
+        ),
+    ]
+    for who, attempt, (status, set_cookie, _) in attempts:
+        yield Attack(who, attempt, f"HTTP {status}", held=status >= 400 and not set_cookie)
+
+
+# A process with the bus's password
+
+
+def _bus_member(stack: LiveStack) -> Iterator[Attack]:
+    """Publish setpoints, commands and scenes that nobody asked for, then run lawfully."""
+    who = "a process with the bus's password"
+    with stack.connect() as client:
+        state = client.newest_arm_state()
+        if not state.may_move:
+            raise NoControl(f"the cell does not stand ready: {state.reason}")
+        setpoints = client.matched_publisher(topics.ARM_SETPOINTS)
+        commands = client.matched_publisher(topics.ARM_COMMAND)
+        scenes = client.matched_publisher(topics.SCENE_STATE)
+        approach, writer = ArmCommand.APPROACH, state.next_session
+        former = {"action": approach, "boot": "robot_gateway-0", "answers": state.stamp}
+        old = {"action": approach, "boot": state.boot, "answers": 1}
+
+        def lift(session: str, sequence: int) -> None:
+            setpoints.put(_lifting(client, state, session, sequence))
+
+        for attempt, put in (
+            ("setpoints under a session of its own", lambda k: lift("stranger", k)),
+            (
+                "setpoints of the controller, run ahead",
+                lambda k: lift(writer, MAX_INTEGER - 1000 + k),
+            ),
+            ("setpoints of the controller, in its past", lambda k: lift(writer, 0)),
+            (
+                "an approach in the name of a former gateway",
+                lambda k: commands.put(ArmCommand(id=f"hostile-{k}-former", **former)),
+            ),
+            (
+                "an approach that answers an old state",
+                lambda k: commands.put(ArmCommand(id=f"hostile-{k}-old", **old)),
+            ),
+            ("a scene without obstacles", lambda k: scenes.put(Scene(revision=10**6 + k))),
+        ):
+            moved = _motion(client, put)
+            yield Attack(who, attempt, f"moves a grip by {1e3 * moved:.2f} mm", moved < STILL)
+        operator, failure = Operator(client), ""
+        try:
+            operator.run_to_goal(RUN_TIMEOUT)
+        except DeadlineMissed as missed:
+            failure = str(missed)
+        outcome = failure or f"reaches the goal after {len(operator.stops)} acknowledged stops"
+        yield Attack("a person", "a run after all of this", outcome, not failure)
+
+
+def _lifting(client: Client, state: ArmStates, session: str, sequence: int) -> Setpoints:
+    """Setpoints that lift every arm from where it is."""
+    share = np.clip(np.linspace(0.0, 1.2, POSES), 0.0, 1.0)[:, None]
+    lift = share**2 * (3.0 - 2.0 * share) * np.array([0.0, 0.0, LIFT])
+    arms = [
+        ArmSetpoints(
+            arm=arm.arm,
+            positions=(np.array(arm.position) + lift).ravel().tolist(),
+            orientations=np.tile(arm.orientation, (POSES, 1)).ravel().tolist(),
+        )
+        for arm in state.arms
+    ]
+    number = max(sequence, 1)
+    message = Setpoints(session=session, sequence=number, t0=client.now(), dt=DT, arms=arms)
+    # One that the check of the bus drops would prove nothing of the gateway.
+    validation.decode(topics.ARM_SETPOINTS, message.SerializeToString())
+    return message
+
+
+def _motion(client: Client, put: Callable[[int], object]) -> float:
+    """Return how far a grip moves while hostile messages are published [m]."""
+    begin = _positions(client.newest_arm_state())
+    end, moved, k = time.monotonic() + WATCH_TIME, 0.0, 0
+    states = client.bus.subscribe(topics.ARM_STATE)
+    while time.monotonic() < end:
+        put(k)
+        k += 1
+        time.sleep(PERIOD)
+        for _, item in states.take():
+            moved = max(moved, float(np.max(np.abs(_positions(item.message) - begin))))
+    return moved
+
+
+def _positions(state: ArmStates) -> np.ndarray:
+    return np.array([arm.position for arm in state.arms])

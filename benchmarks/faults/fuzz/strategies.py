@@ -1,0 +1,140 @@
+"""Hostile messages and files as strategies of hypothesis."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping, Sequence
+from functools import cache, partial
+
+from google.protobuf import message_factory
+from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.message import Message
+from hypothesis import strategies as st
+
+from benchmarks.faults.hostile_publisher import PLACEHOLDERS
+from shared.bus.message_check import RawMessage
+from shared.topics import Topic
+from shared.version import MESSAGE_VERSION
+
+LENGTHS = (0, 1, 2, 3, 4, 6, 7, 9, 12, 30, 90, 120, 300, 6003)
+"""Lengths of repeated fields."""
+WORDS = (b"nan", b"inf", b"-1", b"1e308", b"9" * 400, b"[]", b"{}", b'""', b"true", b"'")
+"""Texts that replace a value."""
+INTEGERS = {
+    FieldDescriptor.CPPTYPE_INT32: (-(2**31), 2**31 - 1),
+    FieldDescriptor.CPPTYPE_ENUM: (-(2**31), 2**31 - 1),
+    FieldDescriptor.CPPTYPE_UINT32: (0, 2**32 - 1),
+    FieldDescriptor.CPPTYPE_INT64: (-(2**63), 2**63 - 1),
+    FieldDescriptor.CPPTYPE_UINT64: (0, 2**64 - 1),
+}
+"""Smallest and largest value of the kinds of integer fields."""
+
+
+def spoiled(valid: bytes) -> st.SearchStrategy[bytes]:
+    """Valid bytes with one to three parts cut out, put in or written over."""
+    values = [k + 1 for k, byte in enumerate(valid) if byte in b"=,"]
+    places = st.integers(0, len(valid)) | st.sampled_from(values or [0])
+    numbers = st.floats().map(partial(struct.pack, "<d"))
+    parts = st.binary(max_size=64) | st.sampled_from(WORDS) | numbers
+    edits = st.tuples(places, st.integers(0, 64), parts, st.booleans())
+    return st.lists(edits, min_size=1, max_size=3).map(partial(_edited, valid))
+
+
+def _edited(valid: bytes, edits: Sequence[tuple[int, int, bytes, bool]]) -> bytes:
+    content = bytearray(valid)
+    for at, cut, part, over in edits:
+        content[at : at + (len(part) if over else cut)] = part
+    return bytes(content)
+
+
+@cache
+def messages(kind: type[Message], fields: int | None = None) -> st.SearchStrategy[Message]:
+    """Messages with values that are extreme, no numbers, or of a wrong length.
+
+    Args:
+        kind: Class of the messages.
+        fields: Number of fields that are set; None: any number.
+    """
+    values = {f.name: _values(f) for f in kind.DESCRIPTOR.fields if not _is_map(f)}
+    if fields is None or fields >= len(values):
+        return st.fixed_dictionaries({}, optional=values).map(lambda given: kind(**given))
+    names = st.sampled_from(sorted(values)) if values else st.nothing()
+    return names.flatmap(lambda name: values[name].map(lambda value: kind(**{name: value})))
+
+
+def _is_map(field: FieldDescriptor) -> bool:
+    return field.message_type is not None and field.message_type.GetOptions().map_entry
+
+
+def _values(field: FieldDescriptor) -> st.SearchStrategy[object]:
+    match field.cpp_type:
+        case FieldDescriptor.CPPTYPE_MESSAGE:
+            kind = message_factory.GetMessageClass(field.message_type)
+            value = st.deferred(lambda: messages(kind))
+        case FieldDescriptor.CPPTYPE_DOUBLE:
+            value = st.floats() | st.floats(-1.0, 1.0)
+        case FieldDescriptor.CPPTYPE_FLOAT:
+            value = st.floats(width=32)
+        case FieldDescriptor.CPPTYPE_BOOL:
+            value = st.booleans()
+        case FieldDescriptor.CPPTYPE_STRING if field.type == FieldDescriptor.TYPE_BYTES:
+            value = st.binary(max_size=200)
+        case FieldDescriptor.CPPTYPE_STRING:
+            known = st.sampled_from(("left", "right", "table", "../../etc/passwd", "x" * 5000))
+            value = st.text(max_size=40) | known
+        case kind:
+            value = st.integers(*INTEGERS[kind]) | st.integers(0, 8)
+    if not field.is_repeated:
+        return value
+    if field.message_type is not None:
+        return st.lists(value, max_size=4)
+    same = st.builds(lambda one, count: [one] * count, value, st.sampled_from(LENGTHS))
+    return st.lists(value, max_size=8) | same
+
+
+def raw_messages(
+    topics: Sequence[Topic], lawful: Mapping[str, Sequence[bytes]], received: int
+) -> st.SearchStrategy[tuple[Topic, RawMessage]]:
+    """Messages as they cross the bus: random, spoiled, with other values, valid, mislabelled.
+
+    Args:
+        topics: Topics on which they come.
+        lawful: Payloads of an ordinary run by key.
+        received: Time of receipt [ns].
+    """
+
+    def of_topic(topic: Topic) -> st.SearchStrategy[tuple[Topic, RawMessage]]:
+        if "{" in topic.key:
+            return st.sampled_from(PLACEHOLDERS).map(topic.at).flatmap(of_topic)
+        kind = topic.type.DESCRIPTOR.full_name
+        return st.builds(
+            RawMessage,
+            key=st.just(topic.key),
+            type=st.sampled_from([kind] * 20 + ["", "lariat.Nothing"]),
+            payload=_payloads(topic.type, tuple(lawful.get(topic.key, ()))),
+            publisher=st.sampled_from(("stranger", "controller-0", "sim-0", "")),
+            sequence=st.sampled_from((0, 1, 10**17, 10**18 - 1)) | st.integers(0, 1000),
+            received=st.just(received),
+            version=st.sampled_from([MESSAGE_VERSION] * 20 + [0, 99, 10**17]),
+        ).map(lambda raw: (topic, raw))
+
+    return st.sampled_from(topics).flatmap(of_topic)
+
+
+@cache
+def _payloads(kind: type[Message], lawful: tuple[bytes, ...]) -> st.SearchStrategy[bytes]:
+    anything = messages(kind).map(lambda message: message.SerializeToString())
+    if not lawful:
+        return st.binary(max_size=1000) | anything
+    valid = st.sampled_from(lawful)
+    changed = st.builds(partial(_changed, kind), valid, messages(kind, 1))
+    return st.binary(max_size=1000) | anything | valid | valid.flatmap(spoiled) | changed
+
+
+def _changed(kind: type[Message], valid: bytes, change: Message) -> bytes:
+    """Payload with the fields of another message in place of its own."""
+    message = kind.FromString(valid)
+    for field, _ in change.ListFields():
+        message.ClearField(field.name)
+    message.MergeFrom(change)
+    return message.SerializeToString()

@@ -34,7 +34,9 @@ BENCHES: dict[str, Bench] = {
         "benchmarks.perception.instances.bench", "ropes in pictures, and truth of their p_wrong"
     ),
     "perception camera": Bench("benchmarks.perception.camera", "the simulated camera, and markers"),
-    "faults": Bench("benchmarks.faults", "faults injected into the live stack, and how arms stop"),
+    "faults": Bench(
+        "benchmarks.faults.bench", "faults injected into the live stack, and how arms stop"
+    ),
     "faults attacks": Bench("benchmarks.faults.attacks", "attacks by those who may not use it"),
     "faults fuzz": Bench(
         "benchmarks.faults.fuzz.bench", "hostile messages and files for every process"

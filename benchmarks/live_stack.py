@@ -9,6 +9,7 @@ import socket
 import subprocess
 import tempfile
 import time
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -30,9 +31,14 @@ POLL_PERIOD = 0.05
 class LiveStack:
     """A stack with dashboard and recorder, up within its `with` block."""
 
-    def __init__(self, scenario: Path) -> None:
-        """Choose the ports of a stack."""
-        self._scenario = scenario
+    def __init__(self, scenario: Path, environment: Mapping[str, str] = {}) -> None:
+        """Choose the ports of a stack.
+
+        Args:
+            scenario: The scenario.
+            environment: Further variables of the environment of its processes.
+        """
+        self._scenario, self._environment = scenario, environment
         self._resources = ExitStack()
         self.port = free_port()
         """Port of the hub on 127.0.0.1."""
@@ -73,7 +79,7 @@ class LiveStack:
                 cwd=self.folder,
                 stdout=output,
                 stderr=subprocess.STDOUT,
-                env={**os.environ, **LIBRARY_ENVIRONMENT},
+                env={**os.environ, **LIBRARY_ENVIRONMENT, **self._environment},
             )
         self._resources.callback(self._end)
         try:

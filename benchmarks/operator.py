@@ -47,8 +47,6 @@ class Operator:
         """Newest message of the launcher."""
         self.health: dict[str, Health] = {}
         """Newest health of each service."""
-        self.notes: dict[str, list[str]] = {}
-        """Problems that each service has stated in its health."""
         self.stops: list[str] = []
         """Reasons of the stops that were acknowledged."""
 
@@ -66,8 +64,6 @@ class Operator:
             self.stack = item.message
         for _, item in self._health.take():
             self.health[item.message.service] = item.message
-            if item.message.note:
-                self.notes.setdefault(item.message.service, []).append(item.message.note)
 
     def wait_until(
         self, condition: Callable[[], bool], seconds: float, failure: str, goes_on: bool = False

@@ -27,7 +27,7 @@ from rich.text import Text
 from lariat.configuration import ConfigurationError
 from shared.version import version
 
-REPORT_WIDTH = 160
+REPORT_WIDTH = 200
 """Width of a table that no terminal shows [characters]."""
 BLOCK = re.compile(r"^<!-- lariat (bench .+?) -->\n(.*?)^<!-- /lariat -->$", re.M | re.S)
 """Block of a page: the words of its command, and its content."""

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from benchmarks.faults.cell import FaultCell
-from benchmarks.faults.line_condition import LineCommand, LineCondition
+from benchmarks.faults.tcp_proxy import LineCommand, LineCondition
 from stack.launcher.launcher import MAX_DEATHS
 
 Action = Callable[[FaultCell], float | None]
@@ -20,8 +20,6 @@ SLOWED_CAUSES = (
     "writer_holds",
 )
 """Stop causes of a process that runs half of the time: it may still keep up."""
-BOOT_TIME = 3.0
-"""Time that a gateway takes to start [s]."""
 BOOT_TIMEOUT = 30.0
 """Time limit for a process to be ready again [s]."""
 IMPATIENCE = 0.05
@@ -50,24 +48,12 @@ class FaultCase:
     """Processes that the launcher must restart before the run continues."""
     stack_ends: bool = False
     """Whether the whole stack ends."""
-    routed: bool = False
-    """Whether the services are connected through a router."""
     point_in_flight: bool = False
     """Whether a servo point in flight still reaches the arm."""
     silence: str = "hold"
     """Reaction of the arm when servo points stop."""
-    persists: bool = False
-    """Whether it is repaired only after the goal has been reached."""
     two_arms: bool = False
     """Whether the fault is that of the other arm."""
-    prepare: Action | None = None
-    """What is done before the motion begins."""
-    recorded: bool = False
-    """Whether runs are recorded, to a disk of their own."""
-    page: bool = False
-    """Whether the dashboard runs."""
-    complains: str = ""
-    """Service that must state the problem in its health; empty: none."""
     promised: bool = True
     """Whether the arm must brake within the time limit."""
     keeps_up: bool = False
@@ -84,8 +70,6 @@ def _killed(
     effect: float = 0.0,
     silence: str = "hold",
     promised: bool = True,
-    recorded: bool = False,
-    page: bool = False,
 ) -> FaultCase:
     inject = _send(name, signal.SIGKILL)
     description = f"{name}: kill -9" + (
@@ -99,8 +83,6 @@ def _killed(
         restarted=(name,),
         silence=silence,
         promised=promised,
-        recorded=recorded,
-        page=page,
     )
 
 
@@ -120,8 +102,6 @@ def _frozen(
     duration: float = 1.0,
     point_in_flight: bool = False,
     silence: str = "hold",
-    recorded: bool = False,
-    page: bool = False,
 ) -> FaultCase:
     return FaultCase(
         f"{name}: SIGSTOP" + (f", the arm then: {silence}" if name == "robot_gateway" else ""),
@@ -132,8 +112,6 @@ def _frozen(
         duration=duration,
         point_in_flight=point_in_flight,
         silence=silence,
-        recorded=recorded,
-        page=page,
     )
 
 
@@ -168,22 +146,6 @@ def _kill_until_given_up(cell: FaultCell) -> float:
     return cell.now()
 
 
-def _prepare_second_gateway(cell: FaultCell) -> None:
-    cell.expect_other_gateway()
-    cell.processes.prepare_second_gateway()
-    time.sleep(BOOT_TIME)
-
-
-def _connect_second_gateway(cell: FaultCell) -> float:
-    cell.processes.connect_second_gateway()
-    return cell.wait_for_other_gateway()
-
-
-def _end_second_gateway(cell: FaultCell) -> None:
-    cell.processes.end_second_gateway()
-    cell.forget_other_gateway()
-
-
 def _slowed(name: str) -> FaultCase:
     return FaultCase(
         f"{name}: runs half of the time for 1 s, 20 ms on and 20 ms off",
@@ -206,7 +168,7 @@ def _line(
 
 
 def _command_line(command: LineCommand) -> Action:
-    return lambda cell: cell.processes.command_line(command)
+    return lambda cell: cell.emulated.command_line(command)
 
 
 CASES: dict[str, FaultCase] = {
@@ -218,10 +180,10 @@ CASES: dict[str, FaultCase] = {
     "planner-frozen": _frozen("planner"),
     "sim-killed": _killed("sim", "writer_holds", effect=BLIND_TIME),
     "sim-frozen": _frozen("sim", "writer_holds", effect=BLIND_TIME),
-    "recorder-killed": _killed("recorder", recorded=True),
-    "recorder-frozen": _frozen("recorder", duration=5.0, recorded=True),
-    "dashboard-killed": _killed("dashboard", page=True),
-    "dashboard-frozen": _frozen("dashboard", duration=5.0, page=True),
+    "recorder-killed": _killed("recorder"),
+    "recorder-frozen": _frozen("recorder", duration=5.0),
+    "dashboard-killed": _killed("dashboard"),
+    "dashboard-frozen": _frozen("dashboard", duration=5.0),
     "hub-frozen": _frozen("lariat"),
     "gateway-frozen": _frozen("robot_gateway", "stalled", "alarm", "lost_link"),
     "gateway-frozen-coast": _frozen(
@@ -245,40 +207,17 @@ CASES: dict[str, FaultCase] = {
     "perception-raises": _raised("perception", "writer_holds", effect=BLIND_TIME),
     "controller-slowed": _slowed("controller"),
     "gateway-slowed": _slowed("robot_gateway"),
-    "second-gateway": FaultCase(
-        "another gateway of the same cell, without its arm, joins the bus",
-        _connect_second_gateway,
-        ("second_gateway", "lost_link", "alarm"),
-        repair=_end_second_gateway,
-        prepare=_prepare_second_gateway,
-    ),
-    "disk-full": FaultCase(
-        "recorder: its disk is full, until the goal is reached",
-        lambda cell: cell.processes.fill_disk(),
-        (),
-        repair=lambda cell: cell.processes.clear_disk(),
-        persists=True,
-        recorded=True,
-        complains="recorder",
-    ),
-    "hostile-traffic": FaultCase(
-        "1000 hostile messages a second over all topics, until the goal is reached",
-        lambda cell: cell.processes.start_hostile_publisher(),
-        (),
-        repair=lambda cell: cell.processes.end("hostile"),
-        persists=True,
-    ),
     "arm-killed": FaultCase(
         "arm: its controller dies",
-        lambda cell: cell.processes.kill_emulator(),
+        lambda cell: cell.emulated.kill_emulator(),
         ("lost_link",),
-        repair=lambda cell: cell.processes.start_emulator(),
+        repair=lambda cell: cell.emulated.start_emulator(),
     ),
     "other-arm-killed": FaultCase(
         "the other arm: its controller dies",
-        lambda cell: cell.processes.kill_other_emulator(),
+        lambda cell: cell.emulated.kill_other_emulator(),
         ("lost_link",),
-        repair=lambda cell: cell.processes.start_other_emulator(),
+        repair=lambda cell: cell.emulated.start_other_emulator(),
         two_arms=True,
     ),
     "arm-frozen": _frozen("emulator", "lost_link", point_in_flight=True),
@@ -315,19 +254,5 @@ CASES: dict[str, FaultCase] = {
         repair=lambda cell: cell.start_stack(),
         stack_ends=True,
         duration=4.0,
-    ),
-    "router-frozen": FaultCase(
-        "router: SIGSTOP",
-        _send("router", signal.SIGSTOP),
-        ("silence",),
-        repair=_send("router", signal.SIGCONT),
-        routed=True,
-    ),
-    "router-killed": FaultCase(
-        "router: kill -9, started again after 1 s",
-        lambda cell: cell.processes.kill_router(),
-        ("silence",),
-        repair=lambda cell: cell.processes.start_router(),
-        routed=True,
     ),
 }

@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 import contextlib
+import os
+import signal
 import threading
 import time
+from pathlib import Path
 
-from benchmarks.faults.observed_cell import LINK_TIMEOUT, STOP_TIMEOUT, ObservedCell
-from benchmarks.faults.processes import OBSERVED_SIDE, CellProcesses
+from benchmarks.faults.arms import OBSERVED_SIDE, Arms
+from benchmarks.faults.joint_log import JointLog
+from benchmarks.live_stack import LiveStack
+from benchmarks.operator import Operator
 from shared.messages import REACHED, RUNNING, ArmCommand, ArmStates, TaskRequest, goal_message
+from shared.runtime.clock import SystemClock
 from stack.approach import approach
 from stack.client import RequestFailed
 from stack.live_goal import live_goal
 
+LINK_TIMEOUT = 20.0
+"""Time limit for all arms to be connected [s]."""
+CONNECTED_LINK_RATE = 100.0
+"""Packets of an arm that is connected [Hz]."""
+STOP_TIMEOUT = 5.0
+"""Time limit for the gateway to stop after an arm has been replaced [s]."""
+SLICE = 0.02
+"""Time for which a process that is slowed down runs, and stands, in turn [s]."""
+RAISING_FOLDER = Path(__file__).parent / "raising"
+"""Folder of the module that lets processes raise an exception at SIGUSR1."""
 ENABLE_TIMEOUT = 40.0
 """Time limit for all arms to be ready after a command of the operator [s]."""
 RETRY_PERIOD = 0.2
@@ -25,15 +41,79 @@ GOAL_TIMEOUT = 45.0
 """Time limit for the goal to be reached [s]."""
 
 
-class FaultCell(ObservedCell):
-    """A live stack and its operator."""
+class FaultCell(Operator):
+    """A live stack, its emulated arms, and its operator."""
 
-    def __init__(self, processes: CellProcesses) -> None:
-        """Start the stack; see `ObservedCell`."""
+    def __init__(self, arms: Arms) -> None:
+        """Start the stack and wait until it is ready."""
+        self.emulated = arms
+        self.scenario = arms.scenario
+        self.clock = SystemClock()
         self._goal = -1
         self._button: threading.Thread | None = None
         self._button_held = False
-        super().__init__(processes)
+        self._open = contextlib.ExitStack()
+        self.start_stack()
+
+    def start_stack(self) -> None:
+        """Start all processes, wait until they are ready, and connect to them."""
+        environment = {"PYTHONPATH": str(RAISING_FOLDER)}
+        stack = LiveStack(self.emulated.cell_scenario, environment)
+        self._stack_process = self._open.enter_context(stack)
+        super().__init__(self._open.enter_context(self._stack_process.connect()))
+
+    def end_stack(self) -> None:
+        """Disconnect, and end what is left of the stack."""
+        self._open.close()
+
+    def close(self) -> None:
+        """End everything."""
+        self.end_stack()
+        self.emulated.close()
+
+    def send_signal(self, name: str, number: signal.Signals) -> None:
+        """Send a signal to a process.
+
+        Args:
+            name: A service, `lariat` (the launcher), `emulator`, or `guard`: the gateway's guard of
+                its last arm.
+            number: The signal.
+        """
+        self.update()
+        if name == "guard":
+            pid = guards_of(self.health["robot_gateway"].process)[-1]
+        elif name in ("lariat", "emulator"):
+            pid = self._stack_process.pid if name == "lariat" else self.emulated.pid
+        else:
+            # Recorder and dashboard are not needed for a cell to be ready: they may be heard later.
+            self.wait_until(lambda: name in self.health, LINK_TIMEOUT, f"no {name}")
+            pid = self.health[name].process
+        os.kill(pid, number)
+
+    def slow_down(self, name: str, seconds: float) -> None:
+        """Freeze a service for half of a time [s]."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            for number in (signal.SIGSTOP, signal.SIGCONT):
+                self.send_signal(name, number)
+                time.sleep(SLICE)
+
+    @property
+    def arms_connected(self) -> bool:
+        """Whether the gateway gets feedback of every arm."""
+        return all(a.driver != "cr5" or a.link_rate > CONNECTED_LINK_RATE for a in self.arms.arms)
+
+    def process_state(self, name: str) -> str:
+        """Return the state of a process as the launcher reports it; empty when unknown."""
+        return {p.service: p.state for p in self.stack.processes}.get(name, "")
+
+    def joint_log(self) -> JointLog:
+        """Read the observed arm's log."""
+        return JointLog.read(self.emulated.log)
+
+    def now(self) -> float:
+        """Return the time on the clock of the log [s]."""
+        return 1e-9 * self.clock.now()
 
     def arm(self) -> str:
         """Arm, with consent to the approach if the gateway asks for it."""
@@ -96,8 +176,8 @@ class FaultCell(ObservedCell):
 
     def replace_arm(self, silence: str) -> None:
         """Replace the observed arm, at the scenario's start."""
-        self.processes.kill_emulator()
-        self.processes.start_emulator(silence)
+        self.emulated.kill_emulator()
+        self.emulated.start_emulator(silence)
         # The new arm is at the start, so the next motion goes to the goal.
         self._goal = 1
         self.states.clear()
@@ -136,7 +216,7 @@ class FaultCell(ObservedCell):
         """Start a run, alternately to the scenario's goal and to its start."""
         self._goal = (self._goal + 1) % 2 if new_goal else self._goal
         shape = (self.scenario.goal, self.scenario.start)[self._goal]
-        if self.task_state is not None and self.task_state.state == RUNNING:
+        if self.task.state == RUNNING:
             self.client.request_task(TaskRequest.STOP)
         self.client.request_task(
             TaskRequest.SET_GOAL, goal=goal_message(live_goal(self.scenario, shape, self.client))
@@ -151,7 +231,7 @@ class FaultCell(ObservedCell):
 
     def end_run(self) -> None:
         """End the run, if there is one."""
-        if self.task_state is not None and self.task_state.state == RUNNING:
+        if self.task.state == RUNNING:
             self.client.request_task(TaskRequest.STOP)
 
     def hold(self) -> None:
@@ -200,4 +280,11 @@ class FaultCell(ObservedCell):
                 self.start_motion(new_goal=False)
 
     def _task_is(self, state: int) -> bool:
-        return self.task_state is not None and self.task_state.state == state
+        return self.task.state == state
+
+
+def guards_of(gateway: int) -> list[int]:
+    """Return the ids of the guards that a gateway's process has started, the oldest first."""
+    children = Path(f"/proc/{gateway}/task/{gateway}/children").read_text(encoding="ascii")
+    pids = [int(pid) for pid in children.split()]
+    return [p for p in pids if b"guard_process" in Path(f"/proc/{p}/cmdline").read_bytes()]

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from benchmarks.faults.cases import CASES, FaultCase
-from benchmarks.faults.cell import FaultCell
+from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
 from benchmarks.faults.joint_log import JointLog
-from benchmarks.faults.observed_cell import LINK_TIMEOUT
-from benchmarks.faults.processes import POLL_INTERVAL, DeadlineMissed
+from benchmarks.operator import POLL_PERIOD, DeadlineMissed
 from lariat.safety.guard.stop_causes import STOP_CAUSES
 from shared.messages import RUNNING, ArmStates
 from stack.client import RequestFailed
@@ -60,8 +59,6 @@ class FaultResult:
     """Name in `CASES`."""
     phase: Phase
     """Phase of operation in which it was injected."""
-    description: str
-    """Fault in words."""
     cause: str
     """Stop cause that the gateway reported; empty: no stop."""
     reason: str
@@ -103,8 +100,6 @@ def run_trial(
         RequestFailed: The controller or the gateway refused a request.
     """
     case = CASES[name]
-    if case.prepare:
-        case.prepare(cell)
     try:
         _enter(cell, phase)
     except (DeadlineMissed, RequestFailed) as error:
@@ -116,7 +111,6 @@ def run_trial(
             cell.acknowledge()
         _enter(cell, phase)
     cell.states.clear()
-    cell.notes.clear()
     begun = cell.now()
     effect = case.inject(cell) or begun + case.effect
     observe(cell, effect + (seconds or case.duration))
@@ -124,16 +118,10 @@ def run_trial(
     ended = cell.now()
     if case.stack_ends:
         cell.release_approach_button()
-        cell.disconnect()
-    if case.repair and not case.persists:
+        cell.end_stack()
+    if case.repair:
         case.repair(cell)
-    repaired, count = cell.now(), len(cell.states)
-    observe(cell, repaired + OBSERVATION_TIME)
-    if case.routed:
-        # This client must also reconnect to the router.
-        cell.wait_until(
-            lambda: len(cell.states) > count, GATEWAY_TIMEOUT, "the gateway publishes nothing"
-        )
+    observe(cell, cell.now() + OBSERVATION_TIME)
     states += [s for s in cell.states if s not in states[-1:]]
     approached = phase == "approaching" and cell.arms.may_move
     if phase == "approaching":
@@ -153,14 +141,12 @@ def run_trial(
             )
         consent = cell.now()
         resumed = _resume(cell)
-        if cell.task_state is None or cell.task_state.state != RUNNING:
+        if cell.task.state != RUNNING:
             cell.start_motion(new_goal=phase in ("disarmed", "armed", "reached"))
         further_holds = cell.wait_until_reached()
         reached = True
     except (DeadlineMissed, RequestFailed) as error:
         failure = str(error)
-    if case.repair and case.persists:
-        case.repair(cell)
     log = cell.joint_log()
     braking = rest = None
     if phase in RESTING_PHASES:
@@ -171,15 +157,12 @@ def run_trial(
         moves = resumed == "by itself" or approached
         drift = 0.0 if moves else _drift(log, effect, rest, consent)
     failures = [failure] if failure else []
-    if case.complains and not cell.notes.get(case.complains):
-        failures.append(f"{case.complains} states no problem")
     failures += _broken_promises(cell, case, phase, cause, braking, drift, resumed)
     return FaultResult(
         case=name,
         phase=phase,
-        description=case.description,
         cause=cause,
-        reason=reason or "; ".join(cell.notes.get(case.complains, ())),
+        reason=reason,
         noticed_s=noticed,
         braking_s=braking,
         rest_s=rest,
@@ -260,7 +243,7 @@ def observe(cell: FaultCell, end: float) -> None:
     """Take messages until a time [s]."""
     while cell.now() < end:
         cell.update()
-        time.sleep(POLL_INTERVAL)
+        time.sleep(POLL_PERIOD)
 
 
 def _reported_cause(

@@ -3,7 +3,7 @@
     python -m benchmarks.faults.tcp_proxy HOST TARGET PORT...
 
 It is a process of its own, so that injecting faults never delays it. Each line of its standard
-input is a `LineCommand` (see `line_condition`).
+input is a `LineCommand`.
 """
 
 from __future__ import annotations
@@ -12,10 +12,13 @@ import asyncio
 import contextlib
 import random
 import sys
-from typing import get_args
+from typing import Literal, get_args
 
-from benchmarks.faults.line_condition import LineCondition
-
+LineCondition = Literal["normal", "blocked", "delayed", "fragmented", "corrupted"]
+"""normal: bytes pass. blocked: bytes are held until the condition changes. delayed: each way.
+fragmented: in pieces of random size. corrupted: some bytes from the arm are replaced."""
+LineCommand = LineCondition | Literal["cut"]
+"""A condition, or to close every connection."""
 LINE_DELAY = 0.2
 """Delay of a delayed line, each way [s]."""
 FRAGMENT_SIZE = 300

@@ -1,0 +1,120 @@
+"""Fault injection into the live stack: `lariat bench faults`.
+
+The motion of the arm is measured by the emulator's joint log, independently of the gateway.
+"""
+
+from __future__ import annotations
+
+import itertools
+import sys
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Literal
+
+from benchmarks.faults.arms import OTHER_SIDE, Arms
+from benchmarks.faults.cases import CASES
+from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
+from benchmarks.faults.fault_trial import FaultResult, Phase, run_trial
+from benchmarks.operator import DeadlineMissed
+from benchmarks.result_block import report
+from lariat.configuration import ConfigurationError
+from lariat.scenario import load
+from lariat.scenario.shipped import find
+from shared.messages import ArmStates
+from stack.client import RequestFailed
+
+DEFAULT_SCENARIO = find("fixed-end")
+"""Scenario with one arm, a CR5 at its right end."""
+
+
+def run(
+    cases: tuple[str, ...] = (),
+    scenario: Path = DEFAULT_SCENARIO,
+    firmware: Literal["v3", "v4"] = "v3",
+    phases: tuple[Phase, ...] = ("moving",),
+    seconds: float | None = None,
+    json: bool = False,
+) -> int:
+    """Inject faults into a live cell and measure how the arm stops.
+
+    Processes are killed, frozen, slowed or raise an exception, and the arm's connection is
+    disturbed. Needs the loopback addresses 127.0.0.41 to 127.0.0.43 and about 12 s for each case.
+
+    Args:
+        cases: Names of the faults, as in the first column; by default all that the scenario allows.
+        scenario: A scenario with a CR5 at its right end; at both ends for other-arm-killed.
+        firmware: Firmware of the emulated arms.
+        phases: Phases of operation in which each fault is injected. A resting arm must not move
+            before a person agrees.
+        seconds: Time until each fault is repaired [s]; by default 1 s.
+        json: Print one JSON object instead of a table.
+
+    Returns:
+        0 when every promise of docs/concepts/safety.md was kept, 1 otherwise.
+    """
+    two_arms = load(scenario).end(OTHER_SIDE).driver == "cr5"
+    chosen = cases or tuple(n for n, case in CASES.items() if two_arms or not case.two_arms)
+    for name in chosen:
+        if name not in CASES:
+            raise ConfigurationError(f"no case {name!r}; expected one of {', '.join(CASES)}")
+        if CASES[name].two_arms and not two_arms:
+            raise ConfigurationError(
+                f"{name} needs two arms; try --scenario scenarios/two-arms.toml"
+            )
+    with tempfile.TemporaryDirectory() as folder:
+        results = _run_trials(chosen, phases, seconds, Arms(scenario, Path(folder), firmware))
+    report(results, f"firmware {firmware}", json=json)
+    return 0 if results and all(f.ok for f in results) else 1
+
+
+def _run_trials(
+    chosen: tuple[str, ...], phases: tuple[Phase, ...], seconds: float | None, arms: Arms
+) -> list[FaultResult]:
+    print("starting the stack", file=sys.stderr)
+    results: list[FaultResult] = []
+    silence = "hold"
+    with ExitStack() as cleanup:
+        cleanup.callback(arms.close)
+        cell = FaultCell(arms)
+        cleanup.callback(cell.end_stack)
+        try:
+            heard = lambda: bool(cell.states) and bool(cell.task.ByteSize())  # noqa: E731
+            cell.wait_until(heard, 20.0, "no state")
+            cell.wait_until(lambda: cell.arms.mode == ArmStates.DISARMED, 5.0, "not disarmed")
+            cell.wait_until(lambda: cell.arms_connected, LINK_TIMEOUT, "the arm is not connected")
+            cell.arm()
+            # One phase after the other: the launcher gives up a process that dies three times a
+            # minute.
+            for phase, name in itertools.product(phases, chosen):
+                if CASES[name].silence != silence:
+                    silence = CASES[name].silence
+                    cell.replace_arm(silence)
+                result = run_trial(cell, name, phase, seconds)
+                results.append(result)
+                print(_line(result), file=sys.stderr, flush=True)
+                if not result.reached:
+                    print("the cell did not recover; the rest is skipped", file=sys.stderr)
+                    break
+        except (DeadlineMissed, RequestFailed) as error:
+            print(f"given up: {error}", file=sys.stderr)
+    return results
+
+
+def _line(f: FaultResult) -> str:
+    """Return the progress line of a trial."""
+    verdict = "ok" if f.ok else f"NOT OK: {f.failure}"
+    stop = f"{f.cause or 'no stop'} ({f.reason})"
+    return f"{f.case}, {f.phase}: {stop}; {_times(f)}; {f.resumed}; {verdict}"
+
+
+def _times(f: FaultResult) -> str:
+    """Return the times of a trial in words."""
+    noticed, braking, rest = (_milliseconds(t) for t in (f.noticed_s, f.braking_s, f.rest_s))
+    return (
+        f"noticed {noticed}, braking {braking}, rest {rest} ms, drift {1e3 * f.drift_rad:.2f} mrad"
+    )
+
+
+def _milliseconds(seconds: float | None) -> str:
+    return "–" if seconds is None else f"{1e3 * seconds:.0f}"

@@ -22,7 +22,7 @@ class SceneChangeRefused(ValueError):
     """A change of the scene is invalid; the message says why and what would be accepted."""
 
 
-class ObstacleScene:
+class SceneOwner:
     """Owner of the obstacles; its revision grows with every change."""
 
     def __init__(

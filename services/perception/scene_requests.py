@@ -7,7 +7,7 @@ import logging
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.perception.scene import ObstacleScene, SceneChangeRefused
+from lariat.perception.scene import SceneChangeRefused, SceneOwner
 from shared.messages import Scene, SceneRequest, obstacle_message, scene_obstacles
 
 log = logging.getLogger(__name__)
@@ -16,7 +16,7 @@ log = logging.getLogger(__name__)
 class SceneRequests:
     """Applies requests to a scene, and creates its message with the answer to the last request."""
 
-    def __init__(self, scene: ObstacleScene) -> None:
+    def __init__(self, scene: SceneOwner) -> None:
         self._scene = scene
         self._last_request = ""
         self._refusal = ""

@@ -26,7 +26,7 @@ from lariat.perception.scenario_trackers import (
     needs_brightness_alone,
     rope_dimensions,
 )
-from lariat.perception.scene import ObstacleScene, SceneChangeRefused
+from lariat.perception.scene import SceneChangeRefused, SceneOwner
 from lariat.perception.tracking.grip_history import GripHistory
 from lariat.reset_counter import ResetCounter
 from lariat.scenario import Scenario
@@ -80,7 +80,7 @@ class PerceptionService:
         # Events do not move obstacles with a marker: their poses are measured.
         events = [e for e in scenario.events if e.move_obstacle not in scenario.marked_obstacles]
         moving = frozenset(motion.name for motion in scenario.obstacle_motions())
-        self._scene = ObstacleScene(scenario.bodies, events, self._rope.radius, moving)
+        self._scene = SceneOwner(scenario.bodies, events, self._rope.radius, moving)
         self._motion = SceneMotionPublisher(scenario)
         self._requests = SceneRequests(self._scene)
         self._cameras = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lariat.geometry.obstacles import TABLE, Obstacle
-from lariat.perception.scene import ObstacleScene, SceneChangeRefused
+from lariat.perception.scene import SceneChangeRefused, SceneOwner
 from lariat.scenario import Event
 
 POST = Obstacle("cylinder", (0.0, 0.0, 0.1), radius=0.02, height=0.2, name="post")
@@ -13,24 +13,24 @@ BALL = Obstacle("sphere", (0.3, 0.0, 0.1), radius=0.05, name="ball")
 
 
 @pytest.fixture
-def scene() -> ObstacleScene:
-    return ObstacleScene([TABLE, POST], [], radius=0.004)
+def scene() -> SceneOwner:
+    return SceneOwner([TABLE, POST], [], radius=0.004)
 
 
-def test_added_obstacle_can_be_removed(scene: ObstacleScene) -> None:
+def test_added_obstacle_can_be_removed(scene: SceneOwner) -> None:
     scene.add(BALL)
     scene.remove("ball")
     assert scene.obstacles == (TABLE, POST)
 
 
 @pytest.mark.parametrize("name", ["table", "post"])
-def test_body_of_the_scenario_is_not_removed(scene: ObstacleScene, name: str) -> None:
+def test_body_of_the_scenario_is_not_removed(scene: SceneOwner, name: str) -> None:
     with pytest.raises(SceneChangeRefused, match="belongs to the scenario"):
         scene.remove(name)
     assert scene.obstacles == (TABLE, POST)
 
 
-def test_reset_keeps_what_people_changed_and_restore_does_not(scene: ObstacleScene) -> None:
+def test_reset_keeps_what_people_changed_and_restore_does_not(scene: SceneOwner) -> None:
     scene.add(BALL)
     scene.move("post", (0.1, 0.0, 0.1))
     scene.reset()
@@ -42,7 +42,7 @@ def test_reset_keeps_what_people_changed_and_restore_does_not(scene: ObstacleSce
 
 def test_reset_undoes_what_events_changed() -> None:
     events = [Event(0.5, move_obstacle="post", position=(0.2, 0.0, 0.1))]
-    scene = ObstacleScene([TABLE, POST], events, radius=0.004)
+    scene = SceneOwner([TABLE, POST], events, radius=0.004)
     scene.add(BALL)
     assert scene.follow_run(1, 1_000_000_000) == []
     assert scene.obstacles[1].position == (0.2, 0.0, 0.1)
@@ -51,7 +51,7 @@ def test_reset_undoes_what_events_changed() -> None:
 
 
 def test_added_obstacle_is_resized_at_its_place_and_one_of_the_scenario_is_not(
-    scene: ObstacleScene,
+    scene: SceneOwner,
 ) -> None:
     scene.add(BALL)
     scene.resize(Obstacle("sphere", (9.0, 9.0, 9.0), radius=0.08, name="ball"))

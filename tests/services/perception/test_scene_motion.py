@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from lariat.perception.scene import ObstacleScene, SceneChangeRefused
+from lariat.perception.scene import SceneChangeRefused, SceneOwner
 from lariat.scenario import load
 from lariat.trajectory import SECOND
 from services.perception.scene_motion import MOVING_PERIOD, SceneMotionPublisher
@@ -58,6 +58,6 @@ def test_motion_is_published_often_while_something_moves_and_rarely_after():
 
 
 def test_obstacle_with_a_path_is_not_moved_by_a_request():
-    scene = ObstacleScene(SCENARIO.bodies, (), 0.004, {"cart"})
+    scene = SceneOwner(SCENARIO.bodies, (), 0.004, {"cart"})
     with pytest.raises(SceneChangeRefused, match="moves along its path"):
         scene.move("cart", (0.0, 0.5, 0.16))

@@ -18,7 +18,7 @@ def share_archive() -> None:
     for module in (_gui_api, _gui_handles):
         if not hasattr(module, "svg_from_icon"):
             raise RuntimeError(f"viser {viser.__version__}: {module.__name__} reads no icons")
-        module.svg_from_icon = svg
+        module.svg_from_icon = svg  # pyright: ignore[reportAttributeAccessIssue]
 
 
 @functools.cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from google.protobuf.message import Message
@@ -154,7 +155,7 @@ class Outbox:
             message.node, message.pull[:] = pull
         return self._add(topics.TASK_GOAL_DRAFT, message, "")
 
-    def _add(self, topic: Topic, message: Message, label: str) -> str:
+    def _add(self, topic: Topic, message: Any, label: str) -> str:
         self._count += 1
         message.id = f"{self._session}-{self._count}"
         self._unsent.append((topic, message, label))
@@ -163,11 +164,11 @@ class Outbox:
     def take(self, now: int) -> Iterator[Publication]:
         """Remove and yield all queued requests, stamped with `now` [ns]."""
         for topic, message, label in self._unsent:
-            message.stamp = now
+            message.stamp = now  # pyright: ignore[reportAttributeAccessIssue]
             if label:
-                number = int(message.id.rpartition("-")[2])
+                number = int(message.id.rpartition("-")[2])  # pyright: ignore[reportAttributeAccessIssue]
                 receiver = RECEIVERS[topic.key]
-                self._pending.append(PendingRequest(message.id, number, label, receiver, now))
+                self._pending.append(PendingRequest(message.id, number, label, receiver, now))  # pyright: ignore[reportAttributeAccessIssue]
             yield Publication(topic, message)
         self._unsent.clear()
 

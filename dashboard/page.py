@@ -340,7 +340,7 @@ class Page:
 
     def _show_obstacles(self) -> None:
         """Draw the obstacles, moving ones where they are at the stamp of the newest motion."""
-        motions, stamp = obstacle_motions(self._motion), self._motion.stamp
+        motions, stamp = obstacle_motions(self._motion), self._motion.stamp  # pyright: ignore[reportAttributeAccessIssue]
         self._scene.show_obstacles(obstacles_at(self._obstacles, motions, stamp * NANOSECONDS))
 
     def _report_refused_setpoints(self, arms: Sequence[ArmStates]) -> None:

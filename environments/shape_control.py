@@ -122,7 +122,7 @@ class ShapeControl(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         self.rotates = scene in ROTATING_KINDS
         """Whether the grips rotate."""
         self.action_space = spaces.Box(-1.0, 1.0, (2, 6 if self.rotates else 3), np.float32)
-        self.observation_space = self._observations(node_count)
+        self.observation_space = self._observations(node_count)  # pyright: ignore[reportAttributeAccessIssue]
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

@@ -6,6 +6,8 @@ engines at steps in which their contacts hold; with ropes, the right grip of eac
 all of them in one call.
 """
 
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo has no stubs.
 from __future__ import annotations
 
 import time

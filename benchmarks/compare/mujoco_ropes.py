@@ -5,6 +5,8 @@ Both are stepped by the integrator `discrete`, which is implicit in position. `i
 unstable with them in steps down to 0.1 ms. MuJoCo 4 removed its plugin `cable` for the flex.
 """
 
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo has no stubs.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence

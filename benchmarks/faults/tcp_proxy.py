@@ -122,7 +122,7 @@ async def main(host: str, target: str, *ports: str) -> None:
         if line == "cut":
             proxy.cut()
         elif line in get_args(LineCondition):
-            proxy.condition = line
+            proxy.condition = line  # pyright: ignore[reportAttributeAccessIssue]
 
 
 if __name__ == "__main__":

@@ -145,7 +145,7 @@ class ObstacleEditor:
         self._obstacles = {o.name: o for o in obstacles if o.shape != "half_space"}
         options = (NO_SELECTION, *self._obstacles)
         if tuple(self._selection.options) != options:
-            self._selection.options = options
+            self._selection.options = options  # pyright: ignore[reportAttributeAccessIssue]
         if self._added in self._obstacles:
             self._selected, self._added = self._added, ""
         self.select(self._selected if self._selected in self._obstacles else NO_SELECTION)
@@ -154,7 +154,7 @@ class ObstacleEditor:
         """Select an obstacle by name; deselect if there is none of this name."""
         obstacle = self._obstacles.get(name)
         self._selected = name if obstacle is not None else ""
-        self._selection.value = self._selected or NO_SELECTION
+        self._selection.value = self._selected or NO_SELECTION  # pyright: ignore[reportAttributeAccessIssue]
         for handle in (self._gizmo, self._centre_field, self._duplicate):
             handle.visible = obstacle is not None
         for handle in (self._size_field, self._remove):

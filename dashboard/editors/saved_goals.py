@@ -94,7 +94,7 @@ class SavedGoals:
         }
         options = (NO_GOAL, *self._labels)
         if tuple(self._list.options) != options:
-            self._list.options = options
+            self._list.options = options  # pyright: ignore[reportAttributeAccessIssue]
             self._show_choice()
 
     @property

@@ -137,7 +137,7 @@ class ParameterPanel:
         self._table.content = table_html(parameters)
         names = tuple(p.name for p in parameters)
         if names and tuple(self._selection.options) != names:
-            self._selection.options = names
+            self._selection.options = names  # pyright: ignore[reportAttributeAccessIssue]
             self._selected = self._selection.value
         self._draw_estimate({p.name: p.unit for p in parameters})
         self._undrawn = None

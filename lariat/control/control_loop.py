@@ -128,7 +128,7 @@ class ControlLoop:
     def _command(self, now: int, reference: ReferenceTrajectory) -> Command:
         """Command of the next horizon along a path."""
         goal = self._task.goal
-        self.controller.oriented = goal.left_oriented, goal.right_oriented
+        self.controller.oriented = goal.left_oriented, goal.right_oriented  # pyright: ignore[reportAttributeAccessIssue]
         self.controller.counted = goal.counted if goal.ends_only else None
         avoidance = self._scene.avoidance(self._task, self._progress.error)
         # Path and free rest of a part's goal are planned with what has been learnt since.

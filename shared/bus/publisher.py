@@ -49,7 +49,7 @@ class Publisher:
     @property
     def has_subscribers(self) -> bool:
         """Whether any process subscribes to the topic."""
-        return self._publisher.matching_status.matching
+        return self._publisher.matching_status.matching  # pyright: ignore[reportAttributeAccessIssue]
 
     def put(self, message: Message) -> None:
         """Send one message; it is dropped where it cannot be sent at once.

@@ -6,6 +6,8 @@ are SI, quaternions are wxyz, lists of points are flat (x, y, z of one point aft
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from google.protobuf.message import Message
 from google.protobuf.timestamp_pb2 import Timestamp
@@ -317,7 +319,7 @@ def from_timestamp(value: Timestamp) -> int:
     return value.seconds * 1_000_000_000 + value.nanos
 
 
-def stamp_of(message: Message) -> int:
+def stamp_of(message: Any) -> int:
     """Return the time that a message describes [ns]; 0 if it has no stamp."""
     if hasattr(message, "stamp"):
         return message.stamp

@@ -36,7 +36,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
-from shared.messages import Message, TraceInput, stamp_of
+from shared.messages import TraceInput, stamp_of
 from shared.topics import Buffering, Topic
 
 SECOND = 1_000_000_000
@@ -50,7 +50,7 @@ class Publication(NamedTuple):
 
     topic: Topic
     """Topic in the service's `writes`."""
-    message: Message
+    message: Any
     """Message of the topic's type."""
 
 

@@ -70,7 +70,7 @@ def recorded_measures(recording: Recording, scenario: Scenario) -> RecordedMeasu
         payload = message.SerializeToString()
         sent = entry.publisher, entry.sequence, entry.log_time, entry.publish_time
         scorer(Delivery(entry.topic, payload, *sent))
-        if entry.key == topics.ROPE_NODES.key and not by_truth and message.positions:
+        if entry.key == topics.ROPE_NODES.key and not by_truth and message.positions:  # pyright: ignore[reportAttributeAccessIssue]
             scorer(Delivery(topics.ROPE_TRUTH, payload, *sent))
     if not scorer.errors:
         raise ValueError(f"{recording.path} holds no run: its task is idle, or no rope was seen")

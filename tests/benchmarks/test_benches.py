@@ -25,7 +25,7 @@ def test_every_module_with_a_run_is_in_the_table() -> None:
     listed = {bench.module for bench in BENCHES.values()}
     for module in pkgutil.iter_modules(benchmarks.__path__):
         path = f"benchmarks.{module.name}"
-        if module.ispkg and importlib.util.find_spec(f"{path}.bench"):
+        if module.ispkg and importlib.util.find_spec(f"{path}.bench"):  # pyright: ignore[reportAttributeAccessIssue]
             path = f"{path}.bench"
         if hasattr(importlib.import_module(path), "run"):
             assert path in listed

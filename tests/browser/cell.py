@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import cv2
 import numpy as np
@@ -156,7 +157,7 @@ class Cell(threading.Thread):
             picture = RunPicture(run=run, time=request.time, data=image)
             self._stage.send(topics.RUN_PICTURE, picture)
 
-    def asked(self, topic: Topic, timeout: float = 10.0) -> Message:
+    def asked(self, topic: Topic, timeout: float = 10.0) -> Any:
         """The next message of a topic that the page has sent or will send."""
         with self._news:
             found = self._news.wait_for(
@@ -166,7 +167,7 @@ class Cell(threading.Thread):
             self._sent = [(t, m) for t, m in self._sent if m is not found]
             return found
 
-    def sent(self, topic: Topic) -> list[Message]:
+    def sent(self, topic: Topic) -> list[Any]:
         """All messages of a topic that the page has sent since the last `forget`."""
         with self._news:
             return [m for t, m in self._sent if t == topic]
@@ -196,7 +197,7 @@ class Cell(threading.Thread):
         with self._news:
             return {m.action for _, m in self._sent if isinstance(m, ArmCommand)}
 
-    def newest(self, topic: Topic) -> Message:
+    def newest(self, topic: Topic) -> Any:
         """The last message of a topic that the page has sent."""
         with self._news:
             return [m for t, m in self._sent if t == topic][-1]

@@ -134,7 +134,7 @@ class CampaignPanel:
         """
         names = () if stack is None else tuple(entry.name for entry in stack.scenarios)
         if tuple(self._scenario.options) != (RUNNING, *names):
-            self._scenario.options = (RUNNING, *names)
+            self._scenario.options = (RUNNING, *names)  # pyright: ignore[reportAttributeAccessIssue]
         about = note_html(NO_LAUNCHER if stack is None else ABOUT)
         if self._about.content != about:
             self._about.content = about

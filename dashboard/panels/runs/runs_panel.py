@@ -178,14 +178,14 @@ class RunsPanel:
             shown.append(run)
         options = (NO_RUN, *map(label, shown))
         if tuple(self._selection.options) != options:
-            self._selection.options = options
+            self._selection.options = options  # pyright: ignore[reportAttributeAccessIssue]
         self._compare_shown.disabled = not self._shown()
         self._select(self._selected)
 
     def _select(self, id: str) -> None:
         run = self._runs.get(id)
         changed, self._selected = id != self._selected, id if run else ""
-        self._selection.value = label(run) if run else NO_RUN
+        self._selection.value = label(run) if run else NO_RUN  # pyright: ignore[reportAttributeAccessIssue]
         for handle in (self._compare, self._star, self._note, self._export, self._delete):
             handle.disabled = run is None
         recorded = run is not None and run.over and run.bytes > 0

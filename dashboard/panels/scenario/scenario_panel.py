@@ -110,7 +110,7 @@ class ScenarioPanel:
         names = [] if stack is None else [f"{OWN * e.own}{e.name}" for e in stack.scenarios]
         options = (RUNNING, *names)
         if tuple(self._choice.options) != options:
-            self._choice.options = options
+            self._choice.options = options  # pyright: ignore[reportAttributeAccessIssue]
             self._show_choice()
         self._start.disabled = stack is None or bool(stack.activity)
 

@@ -104,7 +104,7 @@ def apply_material(
         max_grip_share: Distance of the grips above which the model is not put into its rest shape,
             as a share of the rope's length [-].
     """
-    rod = estimator.rod.with_properties(adaptation.properties)
+    rod = estimator.rod.with_properties(adaptation.properties)  # pyright: ignore[reportAttributeAccessIssue]
     errors = adaptation.grip_errors
     positions = errors.held(estimator.motion).positions
     distance = np.linalg.norm(positions[1] - positions[0])

@@ -246,7 +246,7 @@ class MaterialFilter:
         for _ in range(MAX_HALVINGS):
             if _rms(jacobian @ (x - self._applied)) < settings.min_shape_change:
                 return x
-            rod = estimator.rod.with_properties(self._unknowns.properties(x))
+            rod = estimator.rod.with_properties(self._unknowns.properties(x))  # pyright: ignore[reportAttributeAccessIssue]
             change = estimator.shape_change(rod, self._unknowns.grip_errors(x))
             if change is not None:
                 left = _rms((error - change)[used])

@@ -55,7 +55,7 @@ class RopeUnknowns(Material):
         """
         properties = self.properties(x)
         names, chain = self.parameter_jacobian(properties, free)
-        linear = estimator.rod.with_properties(properties).linearize(
+        linear = estimator.rod.with_properties(properties).linearize(  # pyright: ignore[reportAttributeAccessIssue]
             RolloutSpec(
                 estimator.state.at_rest(),
                 np.zeros((2, 2, 6)),

@@ -5,6 +5,8 @@ holds the end node and one more vertex behind it, on the grip's axis: the edge b
 the direction of the clamp.
 """
 
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo has no stubs.
 from __future__ import annotations
 
 from collections.abc import Sequence

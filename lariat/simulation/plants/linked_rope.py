@@ -6,6 +6,8 @@ At each end a small plug is welded to the grip; the joint between plug and last 
 a link. Links neither stretch nor shear.
 """
 
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo has no stubs.
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -1,5 +1,7 @@
 """Plant that simulates the rope by MuJoCo, independent of Lariat's own rod."""
 
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo has no stubs.
 from __future__ import annotations
 
 import logging

@@ -5,6 +5,8 @@ edge acts over half an edge, so that rest shapes converge to those of a clamped 
 of the edge length.
 """
 
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo has no stubs.
 from __future__ import annotations
 
 import math

@@ -5,6 +5,8 @@ that has no address. Links have the masses and inertias of the URDF and collide 
 gateway's rules keep them apart. Gravity is compensated, as the controllers of arms do.
 """
 
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo has no stubs.
 from __future__ import annotations
 
 from dataclasses import dataclass

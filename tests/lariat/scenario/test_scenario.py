@@ -232,7 +232,7 @@ def test_too_many_obstacles_are_refused(tmp_path: Path):
 
 def test_every_node_of_the_controller_is_one_of_the_finer_plant() -> None:
     scenario = changed("diameter = 0.008", "diameter = 0.008\nnode_count = 30")
-    assert scenario.plant_rope.node_count == 88
+    assert scenario.plant_rope.node_count == 88  # pyright: ignore[reportAttributeAccessIssue]
     assert (88 - 1) % (30 - 1) == 0
 
 

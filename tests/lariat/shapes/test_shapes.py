@@ -6,7 +6,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
+from scipy.spatial import cKDTree  # pyright: ignore[reportAttributeAccessIssue]
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle, pack, segment_distance, signed_distance

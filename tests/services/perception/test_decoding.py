@@ -57,8 +57,8 @@ def test_red_of_a_jpeg_is_the_first_channel() -> None:
     red = np.zeros((16, 16, 3), np.uint8)
     red[..., 0] = 200
     color, _ = decode_frame(color_message(red, "overhead", 1), DEPTH_IMAGE)
-    assert color.flags.c_contiguous
-    assert np.max(np.abs(color.astype(int) - red)) < 3
+    assert color.flags.c_contiguous  # pyright: ignore[reportAttributeAccessIssue]
+    assert np.max(np.abs(color.astype(int) - red)) < 3  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def test_the_brightness_is_that_of_the_colours() -> None:

@@ -41,8 +41,8 @@ def moving(firmware: str, **options: object) -> tuple[ArmWorld, int]:
     world = ArmWorld(firmware, **options)
     world.until_ready()
     since = world.now
-    world.path = circle(world.cell.follower.state.positions[0], 0.06, 0.12)
-    world.follow(world.path, 0.9, since)
+    world.path = circle(world.cell.follower.state.positions[0], 0.06, 0.12)  # pyright: ignore[reportAttributeAccessIssue]
+    world.follow(world.path, 0.9, since)  # pyright: ignore[reportAttributeAccessIssue]
     assert world.mode == "moving", world.report
     return world, since
 
@@ -67,7 +67,7 @@ def test_fault_brakes_within_150_ms_is_named_and_waits_for_a_person(
     world, since = moving(firmware)
     begun = world.seconds
     world.emulator.inject(fault)
-    world.follow(world.path, 0.5, since)
+    world.follow(world.path, 0.5, since)  # pyright: ignore[reportAttributeAccessIssue]
     assert (world.mode, world.report.safety.cause) == ("fault", cause), world.report
     assert world.report.safety.needs_acknowledgement
     said = f"{world.report.safety.detail} {world.report.arms[1].alarms}"
@@ -80,7 +80,7 @@ def test_fault_brakes_within_150_ms_is_named_and_waits_for_a_person(
     world.emulator.controller.dragging = False
     world.emulator.controller.pressed = False
     rest = world.emulator.controller.joints.copy()
-    world.follow(world.path, 0.7, since)
+    world.follow(world.path, 0.7, since)  # pyright: ignore[reportAttributeAccessIssue]
     assert world.mode == "fault"
     # One point may have been under way to an arm that did not listen for a while.
     under_way = 0.02 if fault == "frozen" else 1e-3
@@ -97,7 +97,7 @@ def test_fault_brakes_within_150_ms_is_named_and_waits_for_a_person(
 @pytest.mark.parametrize("fault", HARMLESS)
 def test_harmless_fault_of_the_line_stops_nothing(fault: str) -> None:
     world, since = moving("v3", faults=(fault,))
-    world.follow(world.path, 1.0, since)
+    world.follow(world.path, 1.0, since)  # pyright: ignore[reportAttributeAccessIssue]
     assert world.mode == "moving", world.report
     assert world.report.arms[1].alarms == ()
 
@@ -105,7 +105,7 @@ def test_harmless_fault_of_the_line_stops_nothing(fault: str) -> None:
 def test_arm_that_answers_no_request_is_lost_within_seconds() -> None:
     world, since = moving("v3")
     world.emulator.inject("no_reply")
-    world.follow(world.path, 3.5, since)
+    world.follow(world.path, 3.5, since)  # pyright: ignore[reportAttributeAccessIssue]
     assert (world.mode, world.report.safety.cause) == ("fault", "lost_link"), world.report
     assert "RobotMode() was not answered within 2 s" in world.report.safety.detail
 
@@ -114,9 +114,9 @@ def test_clock_of_the_arm_may_jump() -> None:
     world, since = moving("v3")
     world.emulator.inject("time_back")
     world.run(0.0)
-    world.follow(world.path, 0.06, since)
+    world.follow(world.path, 0.06, since)  # pyright: ignore[reportAttributeAccessIssue]
     world.emulator.heal("time_back")
-    world.follow(world.path, 0.5, since)
+    world.follow(world.path, 0.5, since)  # pyright: ignore[reportAttributeAccessIssue]
     assert world.mode == "moving", world.report
 
 
@@ -193,7 +193,7 @@ def test_gateway_that_was_stopped_for_a_while_waits_for_a_person() -> None:
         # SIGSTOP: the arm's time goes on, the gateway's does not.
         world.now += 8_000_000
         world.emulator.advance_to(world.now * 1e-9)
-    world.follow(world.path, 0.3, since)
+    world.follow(world.path, 0.3, since)  # pyright: ignore[reportAttributeAccessIssue]
     assert world.report.safety.needs_acknowledgement
     assert world.report.safety.cause in ("stalled", "lost_link"), world.report
     assert np.max(np.abs(world.emulator.controller.joint_speed)) < 0.02
@@ -224,6 +224,6 @@ def test_writer_that_held_while_the_gateway_stood_still_does_not_hide_that() -> 
     world.cell.take_hold("writer", world._sequence, world.now, "waiting for a path")
     world._sequence += 1
     rest = world.emulator.controller.joints.copy()
-    world.follow(world.path, 0.5, since)
+    world.follow(world.path, 0.5, since)  # pyright: ignore[reportAttributeAccessIssue]
     assert world.report.safety.needs_acknowledgement
     np.testing.assert_allclose(world.emulator.controller.joints, rest, atol=2e-3)

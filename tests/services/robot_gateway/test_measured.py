@@ -22,7 +22,7 @@ def displace(world: ArmWorld, joint: int, angle: Callable[[float], float]) -> No
     def off(target: np.ndarray, *arguments: float) -> None:
         follow_point(target + angle(world.seconds - begun) * np.eye(6)[joint], *arguments)
 
-    controller.follow_point = off
+    controller.follow_point = off  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def rest(world: ArmWorld, seconds: float) -> None:
@@ -53,8 +53,8 @@ def test_arm_that_follows_too_late_holds() -> None:
         while waiting and world.seconds - waiting[0][0] >= 0.6:
             follow_point(*waiting.pop(0)[1])
 
-    controller.follow_point = late
-    world.follow(world.path, 1.2, since)
+    controller.follow_point = late  # pyright: ignore[reportAttributeAccessIssue]
+    world.follow(world.path, 1.2, since)  # pyright: ignore[reportAttributeAccessIssue]
     assert world.report.safety.cause == "tracking", world.report
 
 

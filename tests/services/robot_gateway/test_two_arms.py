@@ -73,7 +73,7 @@ class TwoArms:
         for k, (driver, emulator) in enumerate(zip(self.drivers, self.emulators, strict=True)):
             kinematics, joints = driver.joint_constraints.kinematics, emulator.controller.joints
             links = Spheres(*kinematics.link_spheres(joints[None]))
-            grip = kinematics.grip(joints)
+            grip = kinematics.grip(joints)  # pyright: ignore[reportAttributeAccessIssue]
             constraints = self.cell.follower.constraints
             body = constraints.gripper_spheres(k, grip.position[None], grip.orientation[None])
             rows.append(Spheres.joined([links, body]))

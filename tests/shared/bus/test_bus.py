@@ -71,7 +71,7 @@ def test_no_process_needs_the_shared_memory_of_the_machine(cell: Cell) -> None:
     """Any user of the machine may fill it."""
     session = cell("peer")._session
     until(session.info.transports)
-    assert not any(transport.is_shm for transport in session.info.transports())
+    assert not any(transport.is_shm for transport in session.info.transports())  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def test_a_slow_reader_gets_the_newest_state_and_counts_the_others(
@@ -187,7 +187,7 @@ def test_messages_of_a_wrong_type_or_version_are_dropped_and_logged(
     typed = zenoh.Encoding("application/protobuf;lariat.TaskRequest")
     with zenoh.open(config) as stranger, caplog.at_level(logging.WARNING):
         publisher = stranger.declare_publisher("task/request")
-        until(lambda: publisher.matching_status.matching)
+        until(lambda: publisher.matching_status.matching)  # pyright: ignore[reportAttributeAccessIssue]
         publisher.put(b"\xff\xff\xff", encoding=typed, attachment=b"7 stranger")
         publisher.put(b"", encoding=zenoh.Encoding("text/plain"), attachment=b"\xff\x00")
         publisher.put(b"")

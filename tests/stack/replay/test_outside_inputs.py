@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from typing import Any
+
 from dashboard.outbox import Outbox
 from shared import topics
 from shared.messages import ArmCommand, ArmStates, Message, RunListRequest, StackRequest
@@ -10,7 +12,7 @@ from stack.replay import outside_inputs
 STATE = ArmStates(boot="boot-7", stamp=9)
 
 
-def asked_again(outbox: Outbox, topic: Topic, message: Message) -> Message:
+def asked_again(outbox: Outbox, topic: Topic, message: Message) -> Any:
     payload = message.SerializeToString()
     entry = Entry(topic.key, message.DESCRIPTOR.full_name, payload, "dashboard-ab", 0, 0)
     outside_inputs._ask_again(outbox, entry)

@@ -46,7 +46,7 @@ def test_jacobian_is_the_change_of_the_rest_shape(group: str, step: float) -> No
             x = np.zeros(unknowns.count)
             x[k] = sign * step
             held = unknowns.grip_errors(x).held(model.motion)
-            rod = model.rod.with_properties(
+            rod = model.rod.with_properties(  # pyright: ignore[reportAttributeAccessIssue]
                 replace(unknowns.properties(x), stretch_stiffness=PROPERTIES.stretch_stiffness)
             )
             shapes.append(rod.rest(*held.grips, guess=model.state).state.positions)

@@ -89,7 +89,7 @@ def test_model_is_carried_to_its_new_shape_without_swinging() -> None:
     estimator = StateEstimator(ROD, MotionState.at_rest(*WIDE), 0)
     soft, nodes = replace(ROD.properties, youngs_modulus=2e5), estimator.nodes
     errors = GripErrors(np.array([[0.002, 0.0, 0.001], [0.0, -0.002, 0.0]]), np.zeros((2, 3)))
-    rod = estimator.rod.with_properties(soft)
+    rod = estimator.rod.with_properties(soft)  # pyright: ignore[reportAttributeAccessIssue]
     estimator.change_material(rod, np.zeros_like(nodes), errors)
     rest = rod.rest(*errors.held(estimator.motion).grips).state.positions
     assert np.abs(estimator.state.positions - rest).max() < 2e-4

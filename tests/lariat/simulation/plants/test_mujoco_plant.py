@@ -1,3 +1,5 @@
+# pyright: reportAttributeAccessIssue=false
+# MuJoCo has no stubs.
 from __future__ import annotations
 
 from dataclasses import replace

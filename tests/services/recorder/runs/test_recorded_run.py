@@ -6,6 +6,7 @@ import math
 import shutil
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import pytest
 from services.recorder.runs.recorded_run import RecordedRun
 from services.recorder.runs.run_folder import RunRefused
 from shared import topics
-from shared.messages import Message, RunMotion, RunPicture, RunSummary, chain
+from shared.messages import RunMotion, RunPicture, RunSummary, chain
 from shared.recording import Recording
 
 REPLAY = Path(__file__).parents[3] / "replay"
@@ -32,7 +33,7 @@ def run_of(folder: Path, name: str) -> RunSummary:
     raise AssertionError(name)
 
 
-def taken(recorded: RecordedRun) -> Message:
+def taken(recorded: RecordedRun) -> Any:
     deadline = time.monotonic() + 20.0
     while time.monotonic() < deadline:
         for publication in recorded.take(7):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,6 @@ from shared.messages import (
     IDLE,
     REACHED,
     RUNNING,
-    Message,
     RunCurves,
     RunList,
     RunListRequest,
@@ -37,7 +37,7 @@ class Recorder:
         self.now = START
         self.file = ""
 
-    def step(self, *requests: RunListRequest) -> list[Message]:
+    def step(self, *requests: RunListRequest) -> list[Any]:
         self.now += SECOND
         return [p.message for p in self.runs.step(requests, self.file, self.now)]
 

@@ -59,7 +59,7 @@ def test_servo_points_keep_their_pace_where_ticks_are_lost(tick: float, interval
         sent.append(world.emulator.now)
         follow_point(*arguments)
 
-    world.emulator.controller.follow_point = logged
+    world.emulator.controller.follow_point = logged  # pyright: ignore[reportAttributeAccessIssue]
     world.until_ready()
     world.follow(circle(world.cell.follower.state.positions[0], 0.05, 0.1), 2.0)
     gaps = np.diff(sent[10:])
@@ -250,7 +250,7 @@ def test_time_that_planning_the_slow_approach_takes_is_no_stall() -> None:
         world.now += 150_000_000
         return check(*arguments)
 
-    world.cell.follower.check = slow
+    world.cell.follower.check = slow  # pyright: ignore[reportAttributeAccessIssue]
     world.run(4.0)
     assert world.mode == "armed", world.report.safety
     np.testing.assert_allclose(world.measured[-1], GRIPS[1].position, atol=1e-3)

@@ -15,7 +15,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from cli.export.ros2_store import duration, header, point, quaternion, ros, vector
 from shared.messages import from_timestamp
 
-CUBE, SPHERE, CYLINDER, LINE_STRIP = 1, 2, 3, 4
+CUBE, SPHERE, CYLINDER, LINE_STRIP, TRIANGLE_LIST = 1, 2, 3, 4, 11
 """Types of visualization_msgs/Marker."""
 ADD, DELETE = 0, 2
 """Actions of visualization_msgs/Marker."""
@@ -63,6 +63,9 @@ def _shapes(entity: SceneEntity) -> Iterator[_Shape]:
         for body in found:
             size = (body.size.x, body.size.y, body.size.z)
             yield _Shape(kind, body.pose, size, body.color)
+    for mesh in entity.triangles:
+        corners = tuple(mesh.points[k] for k in mesh.indices)
+        yield _Shape(TRIANGLE_LIST, mesh.pose, (1.0, 1.0, 1.0), mesh.color, corners)
 
 
 def _marker(entity: SceneEntity, number: int, shape: _Shape | None) -> Any:

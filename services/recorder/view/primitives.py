@@ -47,14 +47,28 @@ def add_obstacle(entity: SceneEntity, obstacle: Obstacle) -> None:
     pose = Pose(np.array(obstacle.position), np.array(obstacle.orientation))
     color = colors.SUPPORT if obstacle.support else colors.OBSTACLE
     color = colors.REGION if obstacle.keep_in else color
-    if obstacle.shape == "half_space":
-        plane = half_space_pose(obstacle)
-        center = plane.apply(np.array([0.0, 0.0, -HALF_SPACE_THICKNESS / 2.0]))
-        size = (HALF_SPACE_SIDE, HALF_SPACE_SIDE, HALF_SPACE_THICKNESS)
-        add_body(entity, Pose(center, plane.orientation), "box", size, color)
-        return
-    mesh = obstacle.row.mesh(obstacle.packed_sizes)
-    add_triangles(entity, pose, mesh.points, mesh.triangles, color)
+    radius, height = obstacle.radius, obstacle.height
+    match obstacle.shape:
+        case "box":
+            add_body(entity, pose, "box", obstacle.size, color)
+        case "sphere":
+            add_body(entity, pose, "sphere", (radius,), color)
+        case "cylinder":
+            add_body(entity, pose, "cylinder", (radius, height), color)
+        case "capsule":
+            add_body(entity, pose, "cylinder", (radius, height), color)
+            for end in (-0.5, 0.5):
+                cap = pose.apply(np.array([0.0, 0.0, end * height]))
+                add_body(entity, Pose(cap, pose.orientation), "sphere", (radius,), color)
+        case "half_space":
+            plane = half_space_pose(obstacle)
+            center = plane.apply(np.array([0.0, 0.0, -HALF_SPACE_THICKNESS / 2.0]))
+            size = (HALF_SPACE_SIDE, HALF_SPACE_SIDE, HALF_SPACE_THICKNESS)
+            add_body(entity, Pose(center, plane.orientation), "box", size, color)
+        case _:
+            # Foxglove has no primitive of its own.
+            mesh = obstacle.row.mesh(obstacle.packed_sizes)
+            add_triangles(entity, pose, mesh.points, mesh.triangles, color)
 
 
 def half_space_pose(obstacle: Obstacle) -> Pose:

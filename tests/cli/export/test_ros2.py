@@ -114,3 +114,20 @@ def test_bodies_that_an_entity_no_longer_has_are_deleted():
     assert [m.action for m in markers.converted(full).markers] == [ADD]
     assert [(m.action, m.id) for m in markers.converted(empty).markers] == [(DELETE, 0)]
     assert markers.converted(empty).markers == []
+
+
+def test_bodies_of_triangles_are_markers_of_triangles():
+    from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+
+    from cli.export.ros2_markers import TRIANGLE_LIST, Markers
+    from lariat.geometry.obstacles import Obstacle
+    from services.recorder.view.primitives import add_obstacle
+
+    update = SceneUpdate()
+    cone = Obstacle("cone", (0.1, 0.0, 0.2), radius=0.05, height=0.1)
+    add_obstacle(update.entities.add(id="obstacles"), cone)
+    (marker,) = Markers().converted(update).markers
+    corners = np.array([[p.x, p.y, p.z] for p in marker.points]).reshape(-1, 3, 3)
+    assert marker.type == TRIANGLE_LIST
+    assert (corners[..., 2].min(), corners[..., 2].max()) == (-0.05, 0.05)
+    assert len(corners) == len(cone.row.mesh(cone.packed_sizes).triangles)

@@ -79,11 +79,10 @@ def test_arms_and_grippers_are_bodies_of_their_frames(scenario):
     (left,), (right,) = entities["left/grip"].cylinders, entities["right/grip"].cylinders
     assert (left.pose.position.z, right.pose.position.z) == (-height / 2, height / 2)
     assert entities["rope"].frame_id == WORLD_FRAME
-    # The table, and the surface of the capsule.
-    assert len(entities["obstacles"].cubes) == len(entities["obstacles"].triangles) == 1
-    (capsule,) = entities["obstacles"].triangles
-    heights = [point.z + capsule.pose.position.z for point in capsule.points]
-    assert (min(heights), max(heights)) == pytest.approx((0.13, 0.27))
+    # The table, and the capsule as a cylinder between two caps.
+    assert len(entities["obstacles"].cubes) == len(entities["obstacles"].cylinders) == 1
+    caps = [s.pose.position.z for s in entities["obstacles"].spheres]
+    assert caps == pytest.approx([0.15, 0.25])
 
 
 def test_depth_lies_on_the_table_in_the_world(scenario):
@@ -127,6 +126,7 @@ def test_a_lost_rope_is_no_longer_drawn(scenario):
         Obstacle("cylinder", (0.1, 0.2, 0.3), (0.8, 0.6, 0.0, 0.0), radius=0.03, height=0.2),
         Obstacle("capsule", (0.1, 0.2, 0.3), (0.8, 0.6, 0.0, 0.0), radius=0.03, height=0.2),
         Obstacle("half_space", (0.0, 0.0, 0.1), normal=(0.0, 0.6, 0.8)),
+        Obstacle("cone", (0.1, 0.2, 0.3), (0.8, 0.6, 0.0, 0.0), radius=0.05, height=0.2),
     ],
     ids=lambda obstacle: obstacle.shape,
 )

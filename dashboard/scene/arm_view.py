@@ -93,20 +93,13 @@ def _mesh(body) -> Mesh:
     shape = body.geometry
     match type(shape).__name__:
         case "Cylinder":
-            return meshes.cylinder(shape.radius, 2.0 * shape.halfLength)
+            return meshes.of_shape("cylinder", shape.radius, shape.halfLength)
         case "Capsule":
-            return meshes.capsule(shape.radius, 2.0 * shape.halfLength)
+            return meshes.of_shape("capsule", shape.radius, shape.halfLength)
         case "Sphere":
-            return meshes.capsule(shape.radius, 0.0)
+            return meshes.of_shape("sphere", shape.radius)
         case "Box":
-            return _box(np.array(shape.halfSide))
+            return meshes.of_shape("box", *shape.halfSide)
     vertices = np.array([shape.vertex(k) for k in range(shape.num_vertices)])
     faces = np.array([[shape.tri_indices(k)[i] for i in range(3)] for k in range(shape.num_tris)])
     return Mesh(vertices * np.array(body.meshScale), faces)
-
-
-def _box(half: np.ndarray) -> Mesh:
-    corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
-    return Mesh(corners * half, np.array(triangles))

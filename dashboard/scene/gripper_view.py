@@ -34,7 +34,7 @@ class GripperView:
         self._frame = scene.add_frame(
             f"/grippers/{side}", show_axes=False, position=pose.position, wxyz=pose.orientation
         )
-        capsule = meshes.capsule(limits.gripper_radius, limits.gripper_height)
+        capsule = meshes.of_shape("capsule", limits.gripper_radius, limits.gripper_height / 2.0)
         scene.add_mesh_simple(
             f"/grippers/{side}/body",
             *capsule,

@@ -1,7 +1,4 @@
-"""Triangle meshes of round bodies, and the poses of the cylinders that form a tube.
-
-Bodies of revolution stand along z and are centred at the origin, as obstacles do.
-"""
+"""Triangle meshes of bodies, and the poses of the cylinders that form a tube."""
 
 from __future__ import annotations
 
@@ -11,9 +8,10 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from lariat.geometry import poses
+from lariat.shapes import SHAPES, SolidName
 
 Z_AXIS = np.array([0.0, 0.0, 1.0])
-"""Axis of the bodies of revolution."""
+"""Axis of the cylinders."""
 MIN_EDGE_LENGTH = 1e-9
 """Length below which an edge has no direction [m]."""
 OPPOSITE = 1e-9
@@ -29,50 +27,24 @@ class Mesh(NamedTuple):
     """Indices of each triangle's corners."""
 
 
-def surface_of_revolution(*profiles: Float64[np.ndarray, "k 2"], sides: int = 40) -> Mesh:
-    """Create a surface of revolution about z.
+def of_shape(shape: SolidName, *sizes: float, sides: int = 40) -> Mesh:
+    """Return the surface of a shape, in its frame.
 
     Args:
-        profiles: Chains of (radius, z) [m] from bottom to top. The surface is smooth along a
-            chain and has a sharp edge where two chains meet.
+        shape: Name of the shape.
+        sizes: Sizes as the table of shapes packs them: half extents, or radius and half height [m].
         sides: Number of facets around the axis.
     """
-    angle = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
-    around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    vertices, faces, count = [], [], 0
-    j = np.arange(sides)
-    for profile in profiles:
-        radius, z = np.asarray(profile, float).T
-        ring = np.empty((len(radius), sides, 3))
-        ring[..., :2] = radius[:, None, None] * around
-        ring[..., 2] = z[:, None]
-        vertices.append(ring.reshape(-1, 3))
-        for k in range(len(radius) - 1):
-            low, high = count + k * sides, count + (k + 1) * sides
-            following = (j + 1) % sides
-            faces.append(np.stack([low + j, low + following, high + following], axis=1))
-            faces.append(np.stack([low + j, high + following, high + j], axis=1))
-        count += len(radius) * sides
-    return Mesh(np.concatenate(vertices), np.concatenate(faces))
+    packed = np.zeros(3)
+    packed[: len(sizes)] = sizes
+    mesh = SHAPES[shape].mesh(packed, sides).with_edges()
+    return Mesh(mesh.points, mesh.triangles)
 
 
-def cylinder(radius: float, height: float, sides: int = 40) -> Mesh:
-    """Create a closed cylinder, `height` from cap to cap [m]."""
-    h = height / 2.0
-    return surface_of_revolution(
-        np.array([[0.0, -h], [radius, -h]]),
-        np.array([[radius, -h], [radius, h]]),
-        np.array([[radius, h], [0.0, h]]),
-        sides=sides,
-    )
-
-
-def capsule(radius: float, height: float, sides: int = 32) -> Mesh:
-    """Create a capsule, `height` between the centres of its caps [m]; a sphere if that is 0."""
-    rise = np.linspace(0.0, np.pi / 2.0, 9)
-    cap = radius * np.stack([np.cos(rise), np.sin(rise)], axis=1)
-    top = cap + np.array([0.0, height / 2.0])
-    return surface_of_revolution(np.concatenate([top[::-1] * [1.0, -1.0], top]), sides=sides)
+def tube_wall(sides: int) -> Mesh:
+    """Return a cylinder of radius 1 and height 1 without lids."""
+    mesh = SHAPES["cylinder"].mesh(np.array([1.0, 0.5, 0.0]), sides)
+    return Mesh(mesh.points, mesh._replace(faces=mesh.faces[:sides]).triangles)
 
 
 class Tube(NamedTuple):

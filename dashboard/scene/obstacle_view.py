@@ -9,6 +9,7 @@ import numpy as np
 import viser
 
 from dashboard import palette
+from dashboard.scene import meshes
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 
@@ -77,8 +78,8 @@ class ObstacleView:
             # Seen through, so that it hides nothing of the scene.
             color = palette.REGION
             place |= {"wireframe": True, "cast_shadow": False}
-        mesh = obstacle.row.mesh(obstacle.packed_sizes, sides=40).with_edges()
-        body = self._scene.add_mesh_simple(path, mesh.points, mesh.triangles, color=color, **place)
+        mesh = meshes.of_shape(obstacle.shape, *obstacle.packed_sizes)
+        body = self._scene.add_mesh_simple(path, *mesh, color=color, **place)
         name = obstacle.name
         if not obstacle.keep_in:
             body.on_click(lambda _: self._on_click(name))

@@ -108,8 +108,8 @@ class TubeView:
         self._count = len(nodes)
         # Without caps: the spheres close the ends, and hidden caps would show through a
         # translucent tube.
-        wall = meshes.surface_of_revolution(np.array([[1.0, -0.5], [1.0, 0.5]]), sides=16)
-        sphere = meshes.capsule(1.0, 0.0, sides=16)
+        wall = meshes.tube_wall(sides=16)
+        sphere = meshes.of_shape("sphere", 1.0, sides=16)
         common = {"opacity": self._opacity, "lod": "off", "visible": self._visible}
         self.segments = self._scene.add_batched_meshes_simple(
             f"{self._name}/segments",

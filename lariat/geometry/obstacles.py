@@ -3,7 +3,8 @@
 Conventions: the distance is negative inside; normals point outwards. Cylinders and capsules extend
 along the local z axis and are centred at their position; the `height` of a capsule is the distance
 between the centres of its two caps; the `size` of a box holds its full extents; a half space is the
-side of the plane through `position` from which `normal` (in the local frame) points away. A body
+side of the plane through `position` from which `normal` (in the local frame) points away; a cone
+stands on its base, which is half of its height below `position`. A body
 with `keep_in` stands for its outside: a region that the rope must not leave. All signs are turned.
 """
 
@@ -39,9 +40,9 @@ class Obstacle:
     orientation: tuple[float, float, float, float] = IDENTITY
     """Orientation, local to world, unit quaternion wxyz."""
     radius: float = 0.0
-    """Radius of a cylinder, sphere or capsule [m]."""
+    """Radius of a cylinder, sphere or capsule, and of a cone at its base [m]."""
     height: float = 0.0
-    """Height of a cylinder; distance between the centres of a capsule's caps [m]."""
+    """Height of a cylinder or cone; distance between the centres of a capsule's caps [m]."""
     size: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Full extents of a box [m]."""
     normal: tuple[float, float, float] = (0.0, 0.0, 1.0)

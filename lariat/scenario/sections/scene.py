@@ -30,15 +30,16 @@ class Region:
     """Region that the rope must not leave, neither on the way nor at its goal; each one counts."""
 
     shape: SolidName
-    """Shape of the region; cylinder and capsule have their axis along z."""
+    """Shape of the region; cylinder, capsule and cone have their axis along z."""
     position: Position
     """Centre."""
     orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
     """Orientation in the world."""
     radius: Annotated[float, Bounds(1e-3, 20.0, "m")] | None = None
-    """Radius of a cylinder, capsule or sphere."""
+    """Radius of a cylinder, capsule or sphere; of a cone, that of its base."""
     height: Annotated[float, Bounds(1e-3, 20.0, "m")] | None = None
-    """Height of a cylinder; of a capsule, the distance between the centres of its caps."""
+    """Height of a cylinder; of a capsule, the distance between the centres of its caps; of a cone,
+    from the base to the apex above it."""
     size: Annotated[Vector, Bounds(1e-3, 20.0, "m")] | None = None
     """Edge lengths of a box along x, y, z."""
     name: str = ""
@@ -61,15 +62,16 @@ class Obstacle:
     """Obstacle that the rope must not touch, or a support that it may lean on."""
 
     shape: ShapeName
-    """Shape of the obstacle; cylinder and capsule have their axis along z."""
+    """Shape of the obstacle; cylinder, capsule and cone have their axis along z."""
     position: Position
     """Centre; of a half space, a point on its surface."""
     orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
     """Orientation in the world."""
     radius: Annotated[float, Bounds(1e-4, 10.0, "m")] | None = None
-    """Radius of a cylinder, capsule or sphere."""
+    """Radius of a cylinder, capsule or sphere; of a cone, that of its base."""
     height: Annotated[float, Bounds(1e-4, 10.0, "m")] | None = None
-    """Height of a cylinder; of a capsule, the distance between the centres of its caps."""
+    """Height of a cylinder; of a capsule, the distance between the centres of its caps; of a cone,
+    from the base to the apex above it."""
     size: Annotated[Vector, Bounds(1e-4, 20.0, "m")] | None = None
     """Edge lengths of a box along x, y, z."""
     normal: Vector = (0.0, 0.0, 1.0)

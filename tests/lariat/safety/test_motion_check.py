@@ -42,10 +42,15 @@ def test_joints_of_arms_are_checked() -> None:
     scenario = load("two-arms")
     problem = scenario_problem(scenario)
     path = plan(problem).of_grippers(problem)
-    slow = replace(scenario, limits=replace(scenario.limits, joint_speed=0.1))
-    with pytest.raises(ChunkRefused) as refused:
-        check_motion(slow, path.positions, path.orientations, path.dt)
-    assert refused.value.rule == "joint_speed"
+    for rule, limits in (
+        ("joint_speed", replace(scenario.limits, joint_speed=0.1)),
+        ("joint_acceleration", replace(scenario.limits, joint_acceleration=0.2)),
+    ):
+        with pytest.raises(ChunkRefused) as refused:
+            check_motion(
+                replace(scenario, limits=limits), path.positions, path.orientations, path.dt
+            )
+        assert refused.value.rule == rule
 
 
 def test_an_arm_that_cannot_hold_the_start_is_refused() -> None:

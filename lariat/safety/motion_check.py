@@ -49,7 +49,7 @@ def check_motion(
         positions: Positions of both grips, left first [m].
         orientations: Their orientations, unit quaternions wxyz.
         dt: Time between two poses [s].
-        obstacles: Obstacles; those of the scenario by default.
+        obstacles: Obstacles, no regions; those of the scenario by default.
 
     Raises:
         ChunkRefused: The motion breaks a rule; a ValueError whose `rule` names it.

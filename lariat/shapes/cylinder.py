@@ -63,7 +63,7 @@ class Cylinder(BodyShape):
         enters = np.maximum((-b - half) / a, low[:, 0])
         leaves = np.minimum((-b + half) / a, high[:, 0])
         inside = (c < 0.0) & (np.abs(begins[:, 2]) < sizes[..., 1])
-        return inside, (root > 0.0) & (enters < leaves)
+        return inside, enters < leaves
 
     def faces(
         self, sizes: Sizes, points: Float64[np.ndarray, "m 3"]

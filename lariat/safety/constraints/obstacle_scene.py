@@ -13,7 +13,7 @@ from lariat.shapes import SHAPES
 
 
 class ObstacleScene:
-    """Obstacles, parted into half spaces and solids."""
+    """Obstacles, parted into half spaces and solids; regions to keep in are none of them."""
 
     def __init__(self, obstacles: Sequence[Obstacle] = ()) -> None:
         self.obstacles = tuple(obstacles)
@@ -27,7 +27,6 @@ class ObstacleScene:
         turns = np.array([o.orientation for o in self.solids]).reshape(-1, 4)
         self._rotations = poses.matrix(turns)
         self._sizes = np.array([o.packed_sizes for o in self.solids]).reshape(-1, 3)
-        self._signs = np.array([-1.0 if o.keep_in else 1.0 for o in self.solids])
 
     def solid_distances(
         self, points: Float64[np.ndarray, "m p 3"], columns: Int64[np.ndarray, "p"]
@@ -45,7 +44,7 @@ class ObstacleScene:
             of_shape = np.flatnonzero(self._shapes[columns] == shape)
             sizes = self._sizes[columns[of_shape]]
             result[:, of_shape] = SHAPES[shape].distance(sizes, local[:, of_shape])
-        return self._signs[columns] * result
+        return result
 
     def touched(
         self, starts: Float64[np.ndarray, "m 3"], ends: Float64[np.ndarray, "m 3"]

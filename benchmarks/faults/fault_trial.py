@@ -109,6 +109,9 @@ def run_trial(
         cell.update()
         if cell.arms.needs_acknowledgement:
             cell.acknowledge()
+        if phase in ("moving", "held"):
+            # From where it was held the arm may be too near to an end to become fast.
+            cell.go_to_goal()
         _enter(cell, phase)
     cell.states.clear()
     begun = cell.now()

@@ -221,7 +221,7 @@ class FaultCell(Operator):
         self.client.request_task(
             TaskRequest.SET_GOAL, goal=goal_message(live_goal(self.scenario, shape, self.client))
         )
-        self.client.request_task(TaskRequest.START)
+        self.task = self.client.request_task(TaskRequest.START)
 
     def go_to_goal(self) -> None:
         """Start a run to the scenario's goal, and wait until it is reached."""

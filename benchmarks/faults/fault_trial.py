@@ -107,7 +107,7 @@ def run_trial(
         print(f"{name}: {error}; trying again", file=sys.stderr)
         cell.release_approach_button()
         cell.update()
-        if cell.arms.needs_acknowledgement:
+        if cell.arms.needs_acknowledgement or cell.arms.needs_resume:
             cell.acknowledge()
         if phase in ("moving", "held"):
             # From where it was held the arm may be too near to an end to become fast.

@@ -6,23 +6,60 @@ annotation: `length: Annotated[float, Bounds(0.01, 100.0, "m")]`.
 
 from __future__ import annotations
 
-import tomllib
 import types
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from importlib.metadata import entry_points
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
+from lariat.files.toml_text import parse_toml
 from lariat.suggestion import did_you_mean
 
 T = TypeVar("T")
 
 MAX_NUMBER = 1e15
 """Largest magnitude of a number; below it, integers are exact as floats."""
+MAX_TEXT_LENGTH = 1000
+"""Largest number of characters of a text; a message of the bus takes four times as many."""
+MAX_REASON_LENGTH = 1000
+"""Largest number of characters of a refusal's reason, which may quote what is refused."""
 
 
 class ConfigurationError(ValueError):
     """Input of a user is wrong; the text is one line that says what and how to mend it."""
+
+
+def reason_of(error: Exception) -> str:
+    """Return why something of others is refused, in one line."""
+    match error:
+        case RecursionError():
+            text = "it is nested too deeply"
+        case MemoryError():
+            text = "it takes more memory than there is"
+        case ValueError() | OSError():
+            text = str(error)
+        case _:
+            text = f"{type(error).__name__}: {error}"
+    return " ".join(text.split())[:MAX_REASON_LENGTH]
+
+
+@contextmanager
+def refusing(what: object) -> Iterator[None]:
+    """Turn any exception, while a file of others is handled, into a `ConfigurationError`.
+
+    Args:
+        what: What cannot be done then, for the message, e.g. `cannot export run.mcap`.
+
+    Raises:
+        ConfigurationError: The text names what, and why.
+    """
+    try:
+        yield
+    except ConfigurationError:
+        raise
+    except Exception as error:
+        raise ConfigurationError(f"{what}: {reason_of(error)}") from error
 
 
 @dataclass(frozen=True)
@@ -112,8 +149,8 @@ def read_value(hint: Any, value: Any, key: str) -> Any:
 def parse_value(text: str) -> Any:
     """Return the value of a TOML text; a text that is not TOML stands for itself."""
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except (tomllib.TOMLDecodeError, RecursionError):
+        return parse_toml(f"value = {text}")["value"]
+    except ValueError:
         return text
 
 
@@ -179,10 +216,25 @@ def _scalar(hint: Any, bounds: Bounds | None, value: Any, key: str) -> Any:
         value = float(value)
     if not isinstance(value, hint) or (hint is int and isinstance(value, bool)):
         raise ConfigurationError(f"{key} = {value!r} must be a {hint.__name__}")
-    if bounds and not bounds.low <= value <= bounds.high:
+    if isinstance(value, str):
+        _check_text(value, key)
+    elif bounds and not bounds.low <= value <= bounds.high:
         unit = f" {bounds.unit}" if bounds.unit else ""
         raise ConfigurationError(
             f"{key} = {value}{unit} is out of bounds; "
             f"give a value between {bounds.low:g} and {bounds.high:g}{unit}"
         )
     return value
+
+
+def _check_text(value: str, key: str) -> None:
+    """Check that a text fits messages, terminals and files.
+
+    Raises:
+        ConfigurationError: It is too long, or has control characters.
+    """
+    if len(value) > MAX_TEXT_LENGTH or not all(c.isprintable() or c in "\n\t" for c in value):
+        raise ConfigurationError(
+            f"{key} = {value[:60]!r} has {len(value)} characters; give up to {MAX_TEXT_LENGTH}, "
+            "and no control characters"
+        )

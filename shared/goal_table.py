@@ -11,9 +11,8 @@ The second line, copied into a scenario beside the table, is this goal there.
 
 from __future__ import annotations
 
-import tomllib
-
 from lariat.configuration import ConfigurationError, read
+from lariat.files.toml_text import parse_toml
 from lariat.scenario.entries import inline
 from lariat.scenario.sections import SIDES, Shape
 from shared.messages import SavedGoal, goal_of
@@ -46,8 +45,8 @@ def read_entry(text: str) -> Shape | None:
     if line is None:
         return None
     try:
-        entry = tomllib.loads(line.removeprefix("# "))["goal"]
-    except tomllib.TOMLDecodeError as error:
+        entry = parse_toml(line.removeprefix("# "))["goal"]
+    except ValueError as error:
         raise ValueError(f"{line[:60]!r} is no goal: {error}") from None
     if not isinstance(entry, dict):
         raise ConfigurationError(f"{line[:60]!r} is no table of a goal")

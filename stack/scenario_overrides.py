@@ -6,13 +6,16 @@ The changed scenario is written out as TOML again, so that a recording holds the
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from lariat.configuration import ConfigurationError, parse_value
+from lariat.files.toml_text import MAX_KEY_DEPTH, parse_toml
 from lariat.scenario import Scenario, load, parse
+
+MAX_SETTINGS = 200
+"""Largest number of values that are replaced at once [-]."""
 
 
 def load_with(path: Path, settings: Sequence[str], seed: int | None = None) -> Scenario:
@@ -35,7 +38,9 @@ def with_settings(scenario: Scenario, settings: Sequence[str]) -> Scenario:
     """
     if not settings:
         return scenario
-    table = tomllib.loads(scenario.text)
+    if len(settings) > MAX_SETTINGS:
+        raise ConfigurationError(f"{len(settings)} settings; give up to {MAX_SETTINGS} at once")
+    table = parse_toml(scenario.text)
     for setting in settings:
         key, equals, value = setting.partition("=")
         if not equals or not key:
@@ -47,6 +52,10 @@ def with_settings(scenario: Scenario, settings: Sequence[str]) -> Scenario:
 
 def _put(table: dict[str, Any], key: str, value: Any) -> None:
     *path, last = key.split(".")
+    if len(path) >= MAX_KEY_DEPTH:
+        raise ConfigurationError(
+            f"--set {key[:60]}…: the key has {len(path) + 1} parts; give up to {MAX_KEY_DEPTH}"
+        )
     place: Any = table
     for depth, part in enumerate([*path, last]):
         if isinstance(place, list):

@@ -6,14 +6,14 @@ rope at rest touches an obstacle.
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from lariat.configuration import ConfigurationError, read
+from lariat.configuration import ConfigurationError, read, refusing
 from lariat.files.bounded_file import read_file
 from lariat.files.file_kind import TEXT_KINDS, kind_of
+from lariat.files.toml_text import parse_toml
 from lariat.scenario.checks import check
 from lariat.scenario.scenario import SCENARIO_VERSION, Scenario
 from lariat.scenario.sections import SIDES, Event, Goal, Obstacle, Rope, Shape, Side
@@ -52,15 +52,15 @@ def load(path: Path | str) -> Scenario:
     Raises:
         ConfigurationError: The file cannot be read or a value in it is wrong.
     """
-    path = find(path)
+    with refusing(f"cannot read scenario {path}"):
+        path = find(path)
+        content = read_file(path, MAX_SCENARIO_SIZE)
     try:
-        text = read_file(path, MAX_SCENARIO_SIZE).decode()
+        text = content.decode()
     except UnicodeDecodeError as error:
         raise ConfigurationError(
             f"cannot read scenario {path}: it is {kind_of(path)}, not a TOML file"
         ) from error
-    except (OSError, ValueError) as error:
-        raise ConfigurationError(f"cannot read scenario {path}: {error}") from error
     named = path.suffix == SUFFIX or path.suffix not in TEXT_KINDS
     source = str(path) if named else f"{path} is {kind_of(path)}"
     return parse(text, folder=path.parent, source=source)
@@ -77,21 +77,16 @@ def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:
     Raises:
         ConfigurationError: The text is not TOML or a value in it is wrong.
     """
-    try:
-        table = tomllib.loads(text)
-    except ConfigurationError:
-        raise
-    except ValueError as error:
-        raise ConfigurationError(f"{source}: not valid TOML: {error}") from error
-    except RecursionError as error:
-        raise ConfigurationError(f"{source}: not valid TOML: nested too deeply") from error
-    for key in ("folder", "text"):
-        if key in table:
-            raise ConfigurationError(f"unknown key {key!r} in [top level]; remove it")
-    _check_version(table, source)
-    scenario = read(Scenario, table)
-    scenario = replace(scenario, rope=_rope_between_grips(scenario), folder=folder, text=text)
-    check(scenario)
+    with refusing(f"{source}: not valid TOML"):
+        table = parse_toml(text)
+    with refusing(source):
+        for key in ("folder", "text"):
+            if key in table:
+                raise ConfigurationError(f"unknown key {key!r} in [top level]; remove it")
+        _check_version(table, source)
+        scenario = read(Scenario, table)
+        scenario = replace(scenario, rope=_rope_between_grips(scenario), folder=folder, text=text)
+        check(scenario)
     return scenario
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field, is_dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -44,6 +45,8 @@ MAX_LENGTH_ERROR = 0.03
 """Largest deviation of a shape's length from that of what it describes, relative to this [-]."""
 CUT_REFINEMENT = 4
 """Nodes into which each node of a whole rope's shape is resampled before a part is cut out [-]."""
+MAX_NAME_LENGTH = 100
+"""Largest number of characters of a scenario's name, which names its recordings."""
 MAX_COORDINATE = 100.0
 """Largest coordinate of a node in a file [m]."""
 PLANT_EDGES = 3
@@ -92,6 +95,18 @@ class Scenario:
     """Folder of the file and its CSV files."""
     text: str = field(default="", compare=False, repr=False)
     """Text of the file, for recordings."""
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.name) <= MAX_NAME_LENGTH or not self.name.isprintable():
+            raise ValueError(
+                f"name = {self.name[:60]!r} has {len(self.name)} characters; give 1 to "
+                f"{MAX_NAME_LENGTH} in one line, of which recordings have their names"
+            )
+
+    @property
+    def shape_files(self) -> tuple[str, ...]:
+        """Names of the CSV files of all its shapes, each once."""
+        return tuple(dict.fromkeys(shape.nodes for shape in _shapes_of(self) if shape.nodes))
 
     @property
     def bodies(self) -> tuple[geometry.Obstacle, ...]:
@@ -219,6 +234,18 @@ class Scenario:
             Pose(left, _orientation(shape.left_orientation, first)),
             Pose(right, _orientation(shape.right_orientation, last)),
         )
+
+
+def _shapes_of(value: Any) -> Iterator[Shape]:
+    """Yield every shape in a section, wherever its fields hold one."""
+    if isinstance(value, Shape):
+        yield value
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from _shapes_of(item)
+    elif is_dataclass(value):
+        for item in vars(value).values():
+            yield from _shapes_of(item)
 
 
 def _orientation(given: Quaternion | None, direction: np.ndarray) -> Float64[np.ndarray, "4"]:

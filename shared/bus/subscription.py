@@ -107,7 +107,7 @@ class _BaseSubscription:
     @property
     def refused(self) -> int:
         """Number of messages dropped for their type, their version or invalid content."""
-        return self._check.refused
+        return self._check.door.refused
 
     def _arrived(self) -> Iterator[RawMessage]:
         for sample in self._ring.take():
@@ -146,7 +146,7 @@ class RawSubscription(_BaseSubscription):
             try:
                 topic = find(raw.key)
             except KeyError:
-                self._check.refuse(raw, "no topic has this key")
+                self._check.door.refuse(raw.source, "no topic has this key")
                 return False
             if len(self._topics) < MAX_KEYS * len(TOPICS):
                 self._topics[raw.key] = topic
@@ -185,5 +185,5 @@ class Subscription(_BaseSubscription):
         if raw.key in self._keys or len(self._keys) < MAX_KEYS:
             self._keys.add(raw.key)
             return True
-        self._check.refuse(raw, f"it is more than {MAX_KEYS} keys of {self._topic.key}")
+        self._check.door.refuse(raw.source, f"it is more than {MAX_KEYS} keys of {self._topic.key}")
         return False

@@ -205,10 +205,10 @@ def descriptor_set(descriptor: Descriptor) -> FileDescriptorSet:
 
 def _files(scenario: Scenario) -> dict[str, bytes]:
     """Content of the scenario's TOML and CSV files by name."""
-    events = (event.goal for event in scenario.events if event.goal)
-    shapes = [scenario.start, scenario.goal, *scenario.next_goals, *events]
-    names = dict.fromkeys(shape.nodes for shape in shapes if shape.nodes)
     return {
         SCENARIO_ATTACHMENT: scenario.text.encode(),
-        **{name: read_file(scenario.folder / name, MAX_NODES_FILE_SIZE) for name in names},
+        **{
+            name: read_file(scenario.folder / name, MAX_NODES_FILE_SIZE)
+            for name in scenario.shape_files
+        },
     }

@@ -11,6 +11,7 @@ In addition to the members of `shared.runtime.service.Service`, a service may ha
 * `greeting: str`: line to print on standard error once it is ready, for what must not be in the
   log: that is published and recorded,
 * `wakes: Sequence[Topic]`: topics of its inbox whose messages do not wait for the next step,
+* `door: shared.door.Door`: guards the handling of what others send; its refusals are counted,
 * `note: str`: current activity or problem, shown in its health,
 * `longest_step: float`: longest duration of a step [s], if longer than its period. No health is
   published during a step; the launcher waits this much longer before it reports a frozen service.
@@ -298,6 +299,8 @@ class Runner:
         health.version = version()
         health.drops = self._mailbox.drops + sum(s.lost for s in self._subscriptions)
         health.refused = sum(s.refused for s in self._subscriptions)
+        if door := getattr(self._service, "door", None):
+            health.refused += door.refused
         if self._everything:
             health.drops += self._everything.lost
             health.refused += self._everything.refused

@@ -164,11 +164,22 @@ class Launcher:
         requests = self._stack_requests.take()
         for _, item in requests:
             self._switch.handle(item.message, self._condition())
-        if self._switch.campaigns.poll() or requests:
-            self._publish()
+        with self._switch.door.guard("a trial of a campaign") as outcome:
+            if self._switch.campaigns.poll() or requests:
+                self._publish()
+        if outcome.refusal:
+            self._switch.campaigns.close()
         path = self._switch.poll(self._condition)
-        if path is not None:
-            self._start_cell(path)
+        if path is None:
+            return
+        assert self._programs_of is not None
+        programs: Sequence[Program] = ()
+        with self._switch.door.guard("a scenario to start") as outcome:
+            programs = self._programs_of(path)
+        if outcome.refusal:
+            self._switch.take_failure(outcome.refusal)
+        else:
+            self._start_cell(path, programs)
 
     def _condition(self) -> CellCondition:
         if tasks := self._task.take():
@@ -177,9 +188,8 @@ class Launcher:
             self._newest_arms = arms[-1][1].message
         return CellCondition(self._newest_task, self._newest_arms)
 
-    def _start_cell(self, path: Path) -> None:
+    def _start_cell(self, path: Path, programs: Sequence[Program]) -> None:
         """End the processes of the present scenario and start those of another one."""
-        assert self._programs_of is not None
         self._console.print_line("lariat", f"starting {path}")
         self._publish()
         self._end_processes()
@@ -187,21 +197,20 @@ class Launcher:
             return
         self._newest_task = self._newest_arms = None
         self._starting = True
-        programs = self._programs_of(path)
         self._processes = [Process(program, self._fork_server) for program in programs]
         for process in self._processes:
             self._start(process)
 
     def _return_to_former(self, process: Process) -> bool:
         """Start the former scenario again after a process of a new one has failed for good."""
-        if self._switch is None:
+        if self._switch is None or self._programs_of is None:
             return False
         name = process.program.name
         line = self._last_lines.get(name, "").removeprefix(f"{name}: ")
         former = self._switch.take_failure(f"{name}: {line or describe_exit(process.exit_code)}")
         if former is None:
             return False
-        self._start_cell(former)
+        self._start_cell(former, self._programs_of(former))
         return True
 
     def _poll_outputs(self) -> None:

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 from lariat.configuration import ConfigurationError
 from lariat.files.bounded_file import path_inside
-from lariat.scenario import SIDES, Scenario, Shape, load
+from lariat.scenario import SIDES, Scenario, load
 from lariat.scenario.shipped import SHIPPED_FOLDER
 from shared.messages import ScenarioEntry
 from stack.scenario_overrides import with_settings
@@ -123,8 +122,8 @@ def write(scenario: Scenario, folder: Path, name: str) -> Path:
         OSError: A file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    for shape in _shapes(scenario):
-        source, target = path_inside(scenario.folder, shape.nodes), folder / shape.nodes
+    for name_of_file in scenario.shape_files:
+        source, target = path_inside(scenario.folder, name_of_file), folder / name_of_file
         if source.resolve() != target.resolve():
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(source, target)
@@ -145,10 +144,3 @@ def write(scenario: Scenario, folder: Path, name: str) -> Path:
 def real_arms(scenario: Scenario) -> list[str]:
     """Return the addresses of the real arms that a scenario drives, each once."""
     return sorted({scenario.end(side).address for side in SIDES} - {""})
-
-
-def _shapes(scenario: Scenario) -> Iterator[Shape]:
-    goals = [event.goal for event in scenario.events if event.goal]
-    for shape in (scenario.start, scenario.goal, *goals):
-        if shape.nodes:
-            yield shape

@@ -12,8 +12,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lariat.configuration import ConfigurationError
+from lariat.configuration import MAX_REASON_LENGTH, ConfigurationError
 from lariat.scenario import load
+from shared.door import Door
 from shared.messages import PAUSED, RUNNING, ArmStates, StackRequest, StackState, TaskState
 from stack.scenario_manager.campaign.campaigns import Campaigns
 from stack.scenario_manager.library import ScenarioLibrary, real_arms, write
@@ -54,6 +55,8 @@ class ScenarioManager:
         """Take the scenario that runs."""
         self.campaigns = campaigns
         """Campaigns that run beside the cell."""
+        self.door = Door()
+        """Refuses requests."""
         self._library = library
         self._staging = staging
         self._command = check
@@ -68,12 +71,13 @@ class ScenarioManager:
         state.scenario = self._name
         state.scenarios.extend(self._library.entries)
         state.activity = self._activity
-        state.last_request, state.refusal = self._last_request, self._refusal
+        state.last_request = self._last_request
+        state.refusal = self._refusal[:MAX_REASON_LENGTH]
 
     def handle(self, request: StackRequest, condition: CellCondition) -> None:
         """Carry out a request, or refuse it."""
         self._last_request, self._refusal = request.id, ""
-        try:
+        with self.door.guard("a request for a scenario") as outcome:
             if self._activity and request.action != StackRequest.CANCEL_CAMPAIGN:
                 raise ConfigurationError(f"{self._activity}; wait for it")
             match request.action:
@@ -92,8 +96,7 @@ class ScenarioManager:
                     self.campaigns.cancel()
                 case _:
                     raise ConfigurationError(f"there is no action {request.action}")
-        except (ValueError, OSError) as error:
-            self._refusal = str(error)
+        self._refusal = outcome.refusal
 
     def poll(self, condition: Callable[[], CellCondition]) -> Path | None:
         """Return the scenario to start now, once its check has ended well."""

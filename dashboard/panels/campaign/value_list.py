@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import tomllib
-
 from dashboard.panels.scenario.setting_fields import SettingField
 from lariat.configuration import ConfigurationError
+from lariat.files.toml_text import parse_toml
 
 
 def values_of(field: SettingField, text: str) -> list[str]:
@@ -41,6 +40,6 @@ def plain_value(value: str) -> str:
     if not value.startswith(('"', "'")):
         return value
     try:
-        return tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
+        return parse_toml(f"value = {value}")["value"]
+    except ValueError:
         return value

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 
 import numpy as np
 
+from lariat.files.toml_text import parse_toml
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import SIDES, Goal, Scenario
 from lariat.scenario.entries import inline, numbers, obstacle_entry
@@ -38,7 +38,7 @@ def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
 
 def obstacle_settings(obstacles: Sequence[Obstacle], scenario: Scenario) -> list[str]:
     """Return the setting of a scene's obstacles; none where they are the scenario's."""
-    table = tomllib.loads(scenario.text)
+    table = parse_toml(scenario.text)
     file = table.get("obstacles", [])
     names = [o.body(k).name for k, o in enumerate(scenario.obstacles)]
     listed = dict(zip(names, zip(file, scenario.obstacles, strict=True), strict=True))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import tomllib
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -15,6 +14,7 @@ from dashboard.outbox import Notification, Outbox
 from dashboard.panels.note import note_html
 from dashboard.panels.scenario.present_scene import goal_settings, obstacle_settings
 from dashboard.panels.scenario.setting_editor import SettingEditor
+from lariat.files.toml_text import parse_toml
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import MAX_SCENARIO_SIZE, SIDES, Scenario
 from shared.messages import StackRequest, StackState, TaskState, goal_of
@@ -148,7 +148,7 @@ class ScenarioPanel:
         try:
             if len(file.content) > MAX_SCENARIO_SIZE:
                 raise ValueError(f"it is larger than {MAX_SCENARIO_SIZE >> 20} MiB")
-            table = tomllib.loads(file.content.decode())
+            table = parse_toml(file.content.decode())
         except (ValueError, RecursionError) as error:
             self._notify(Notification(f"{file.name}: not a scenario", str(error)))
             return

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 import types
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
@@ -12,6 +11,7 @@ from importlib.metadata import entry_points
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from lariat.configuration import Bounds, Extensible, parse_value, read_value
+from lariat.files.toml_text import parse_toml
 from lariat.scenario import Scenario
 from lariat.scenario.reference import field_notes
 
@@ -69,7 +69,7 @@ def sections(scenario: Scenario) -> dict[str, tuple[SettingField, ...]]:
     Obstacles, events and cameras are left to the scene's editors and to the file: there may be any
     number of them.
     """
-    table = tomllib.loads(scenario.text)
+    table = parse_toml(scenario.text)
     found = dict(_sections(Scenario, table, ""))
     first = [key for key in FIRST_SECTIONS if key in found]
     return {key: found[key] for key in (*first, *(k for k in found if k not in first))}

@@ -220,8 +220,27 @@ def test_a_scenario_is_a_small_regular_file(tmp_path: Path):
 
 
 def test_a_text_that_nests_without_end_is_refused():
-    with pytest.raises(ConfigurationError, match="unknown key 'a'"):
+    with pytest.raises(ConfigurationError, match="a key has 5001 parts"):
         parse("a" + ".b" * 5000 + " = 1", Path())
+
+
+@pytest.mark.parametrize("name", ["x" * 101, "", "a\\nb", "\\u001b[2J"])
+def test_name_that_no_file_or_terminal_takes_is_refused(name: str) -> None:
+    with pytest.raises(ConfigurationError, match="name"):
+        changed('name = "smallest"', f'name = "{name}"')
+
+
+def test_text_has_a_bounded_length() -> None:
+    with pytest.raises(ConfigurationError, match="has 1001 characters"):
+        changed('name = "smallest"', f'name = "s"\ndescription = "{"x" * 1001}"')
+
+
+def test_every_shape_is_among_the_files(tmp_path: Path) -> None:
+    goal = '[[next_goals]]\nnodes = "g.csv"\n[[events]]\ntime = 1.0\ngoal = {nodes = "h.csv"}\n'
+    for name in ("g.csv", "h.csv"):
+        (tmp_path / name).write_text("-0.2,0,0.3\n0,0,0.2\n0.2,0,0.3\n")
+    text = SMALLEST.replace("length = 0.45", "length = 0.447214")
+    assert parse(text + goal, tmp_path).shape_files == ("g.csv", "h.csv")
 
 
 def test_too_many_obstacles_are_refused(tmp_path: Path):

@@ -197,7 +197,7 @@ def test_messages_of_a_wrong_type_or_version_are_dropped_and_logged(
         until(lambda: received.extend(subscription.take()) or received)
     assert [item.message.id for _, item in received] == ["good"]
     assert subscription.refused == 4
-    assert "dropped task/request from stranger: its 3 bytes do not decode" in caplog.text
+    assert "refused task/request from stranger: its 3 bytes do not decode" in caplog.text
     refusal = f"message version 99, this process reads versions up to {MESSAGE_VERSION}; update"
     assert refusal in caplog.text
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from shared.bus.message_check import MAX_REASON_LENGTH, MessageCheck, RawMessage
+from shared.bus.message_check import MessageCheck, RawMessage
+from shared.door import MAX_LOGGED_LENGTH
 from shared.messages import ArmState, ArmStates
 from shared.topics import ARM_STATE
 from shared.version import MESSAGE_VERSION
@@ -18,6 +19,6 @@ def test_refusal_quotes_no_more_than_the_beginning_of_a_message(
     check = MessageCheck()
     raw = RawMessage(ARM_STATE.key, kind, payload, "stranger", 0, 0, MESSAGE_VERSION)
     assert check.decode(ARM_STATE, raw) is None
-    assert check.refused == 1
-    assert "dropped arm/state from stranger: arms are ['xxx" in caplog.text
-    assert len(caplog.records[0].getMessage()) < MAX_REASON_LENGTH + 100
+    assert check.door.refused == 1
+    assert "refused arm/state from stranger: arms are ['xxx" in caplog.text
+    assert len(caplog.records[0].getMessage()) < MAX_LOGGED_LENGTH + 100

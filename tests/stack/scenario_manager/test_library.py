@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
 
 from lariat.configuration import ConfigurationError
+from lariat.files.toml_text import parse_toml
 from lariat.scenario import find, load
 from stack.scenario_manager.library import ScenarioLibrary
-from stack.scenario_overrides import load_with
+from stack.scenario_overrides import load_with, to_toml
 
 
 def library(folder: Path) -> ScenarioLibrary:
@@ -73,3 +75,21 @@ def test_file_that_is_no_scenario_is_left_out(tmp_path: Path) -> None:
     (tmp_path / "saved" / "broken").mkdir(parents=True)
     (tmp_path / "saved" / "broken" / "broken.toml").write_text("[rope")
     assert "broken" not in {entry.name for entry in library(tmp_path).entries}
+
+
+def test_next_goals_and_events_bring_their_files(tmp_path: Path) -> None:
+    rope = load("rope")
+    folder = tmp_path / "own"
+    folder.mkdir()
+    for name in ("start.csv", "goal.csv", "next.csv", "event.csv"):
+        shutil.copyfile(rope.folder / rope.goal.nodes, folder / name)
+    table = parse_toml(rope.text)
+    table["goal"] = {**table["goal"], "nodes": "goal.csv"}
+    table["next_goals"] = [{**table["goal"], "nodes": "next.csv"}]
+    table["events"] = [{"time": 1.0, "goal": {**table["goal"], "nodes": "event.csv"}}]
+    (folder / "own.toml").write_text(to_toml(table))
+    scenarios = ScenarioLibrary(tmp_path / "saved", folder / "own.toml")
+    scenarios.save(load(folder / "own.toml"), "mine")
+    saved = load(scenarios.find("mine"))
+    assert set(saved.shape_files) >= {"goal.csv", "next.csv", "event.csv"}
+    assert saved.nodes(saved.next_goals[0]) is not None

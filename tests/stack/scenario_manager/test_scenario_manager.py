@@ -9,7 +9,16 @@ from pathlib import Path
 import pytest
 
 from lariat.scenario import find, load
-from shared.messages import PAUSED, RUNNING, ArmStates, StackRequest, StackState, TaskState
+from shared.messages import (
+    PAUSED,
+    RUNNING,
+    ArmStates,
+    StackRequest,
+    StackState,
+    TaskState,
+    validation,
+)
+from shared.topics import STACK_STATE
 from stack.scenario_manager.campaign.campaigns import Campaigns
 from stack.scenario_manager.library import ScenarioLibrary
 from stack.scenario_manager.scenario_manager import CellCondition, ScenarioManager
@@ -264,3 +273,45 @@ def test_campaign_is_refused_beside_real_arms_which_are_refused_beside_a_campaig
     assert not switch.ask(action=StackRequest.CANCEL_CAMPAIGN)
     assert not switch.ask(**start)
     switch.close()
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"settings": ["rope" + ".a" * 1800 + "=1"]},
+        {"settings": ["rope.length" + ".a" * 5 + "=1"]},
+        {"settings": ["seed=" + "[" * 3000]},
+        {"settings": ["seed=1"] * 100_000},
+        {"settings": ["description='" + "x" * 4000 + "'"]},
+        {"settings": ["name=" + "x" * 240]},
+        {"settings": ["seed=0x" + "f" * 4000]},
+        {"content": b"a" + b".a" * 30_000 + b"=1"},
+        {"content": b"\0"},
+        {"scenario": "x" * 4000},
+    ],
+    ids=range(10),
+)
+@pytest.mark.parametrize("action", [StackRequest.SAVE, StackRequest.START])
+def test_hostile_request_is_refused_with_a_reason(
+    tmp_path: Path, action: int, fields: dict[str, object]
+) -> None:
+    switch = Switch(tmp_path)
+    assert switch.ask(action=action, name="abc", **fields)
+    assert switch.door.refused == 1
+    state = switch.state()
+    # What the refusal quotes must not make it invalid itself.
+    payload = state.SerializeToString()
+    assert validation.decode(STACK_STATE, payload).last_request == "a"
+    assert not switch.ask(action=action, name="abc", settings=["seed=1"])
+
+
+def test_fault_of_the_program_while_a_request_is_handled_is_a_refusal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    switch = Switch(tmp_path)
+
+    def fail(*_: object) -> None:
+        raise KeyError("x")
+
+    monkeypatch.setattr(ScenarioLibrary, "save", fail)
+    assert switch.ask(action=StackRequest.SAVE, name="abc") == "KeyError: 'x'"

@@ -1,0 +1,76 @@
+"""Door of a process: what others send is handled, or refused with a reason, and the process lives.
+
+Every message, request and file of others is handled inside of a door. The process' own state is
+not: an exception there ends the process, which its log shows.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from lariat.configuration import reason_of
+
+log = logging.getLogger(__name__)
+
+MAX_LOGGED_LENGTH = 200
+"""Number of characters after which the reason of a refusal is cut in the log."""
+MAX_SOURCES = 4096
+"""Most sources whose refusals are counted one by one."""
+
+
+@dataclass
+class Outcome:
+    """Outcome of the handling of one thing."""
+
+    refusal: str = ""
+    """Why it is refused; empty if it is not."""
+
+
+class Door:
+    """Guard of the handling of others' messages, requests and files, with the count of refusals."""
+
+    def __init__(self) -> None:
+        self.strict = False
+        """Whether an exception that is neither a `ValueError` nor an `OSError` is raised: a fault
+        of the program, which must not stay unseen where nobody attacks, as in simulated time."""
+        self.refused = 0
+        """Number of refusals."""
+        self._counts: dict[str, int] = {}
+
+    @contextmanager
+    def guard(self, source: str) -> Iterator[Outcome]:
+        """Turn any exception of a `with` block into a refusal; the value has its reason afterwards.
+
+        Args:
+            source: What is handled, for the log, e.g. `scene/request`.
+        """
+        outcome = Outcome()
+        try:
+            yield outcome
+        except Exception as error:
+            expected = isinstance(error, ValueError | OSError)
+            if self.strict and not expected:
+                raise
+            outcome.refusal = reason_of(error)
+            self.refuse(source, outcome.refusal, None if expected else error)
+
+    def refuse(self, source: str, reason: str, fault: Exception | None = None) -> None:
+        """Count a refusal, and log it at counts of 1, 10, 100, … of its source.
+
+        Args:
+            source: What is refused, and whose it is.
+            reason: Why.
+            fault: Exception that nobody expected, whose traceback belongs in the log.
+        """
+        self.refused += 1
+        count = self._counts.pop(source, 0) + 1
+        self._counts[source] = count
+        if len(self._counts) > MAX_SOURCES:
+            del self._counts[next(iter(self._counts))]
+        # The log must stay readable.
+        if count == 10 ** (len(str(count)) - 1):
+            text = reason[:MAX_LOGGED_LENGTH]
+            log.warning("refused %s: %s (%d so far)", source, text, count, exc_info=fault)

@@ -95,7 +95,7 @@ def run(options: UpOptions, fork_server: ForkServer) -> int:
         own = write(started, Path(tempfile.mkdtemp(dir=folder)), path.stem)
         common = ("--scenario", str(own), *bus_arguments)
         emulators = [emulator_program(side, own) for side in arms]
-        return emulators + [service_program(name, common, arms, page) for name in parts]
+        return emulators + [service_program(name, common, arms, more) for name in parts]
 
     with (
         local_secret(options.port) as settings,
@@ -112,6 +112,8 @@ def run(options: UpOptions, fork_server: ForkServer) -> int:
             page += ["--address", *options.dashboard_address]
         if options.dashboard_password_file:
             page += ["--password-file", str(options.dashboard_password_file.resolve())]
+        keep = [] if options.keep is None else ["--keep", str(options.keep)]
+        more = {"dashboard": page, "recorder": keep}
         library = ScenarioLibrary(options.saved_scenarios, scenario)
         campaigns = Campaigns(CAMPAIGN_FOLDER, folder / "campaign", _trial_command)
         switch = ScenarioManager(library, scenario, folder / "started", _check_command, campaigns)

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import tyro
 
+from services.recorder.options import RecorderOptions
+
 
 @dataclass(frozen=True)
 class UpOptions:
@@ -31,5 +33,8 @@ class UpOptions:
     """Whether to open the page in a browser."""
     record: bool = True
     """Whether to record every run to recordings/."""
+    keep: float | None = RecorderOptions.keep
+    """Size of all recordings beyond which the oldest are deleted, those of idle cells first [GB];
+    by default none is. The log names a file before it is deleted; runs with a star stay."""
     saved_scenarios: Path = Path("my-scenarios")
     """Folder of the scenarios that people save on the page."""

@@ -84,6 +84,7 @@ def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:
             if key in table:
                 raise ConfigurationError(f"unknown key {key!r} in [top level]; remove it")
         _check_version(table, source)
+        _check_removed_keys(table)
         scenario = read(Scenario, table)
         scenario = replace(scenario, rope=_rope_between_grips(scenario), folder=folder, text=text)
         check(scenario)
@@ -113,4 +114,14 @@ def _check_version(table: dict[str, Any], source: str) -> None:
         raise ConfigurationError(
             f"{source}: version = {version} is newer than this Lariat, which reads scenarios up to "
             f"version {SCENARIO_VERSION}; update Lariat"
+        )
+
+
+def _check_removed_keys(table: dict[str, Any]) -> None:
+    """Refuse a key that an option of a person has replaced."""
+    recording = table.get("recording")
+    if isinstance(recording, dict) and "keep" in recording:
+        raise ConfigurationError(
+            "recording.keep is no key of a scenario, which deletes nothing; remove it, and give "
+            "`lariat up --keep GB` to limit the size of all recordings"
         )

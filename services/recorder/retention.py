@@ -1,38 +1,102 @@
-"""Retention of recordings: the oldest are deleted before their folder grows beyond a size."""
+"""Retention of recordings: where a person limits their size, the oldest are deleted."""
 
 from __future__ import annotations
 
 import logging
+import os
 import re
+import stat
+from contextlib import suppress
 from pathlib import Path
+
+from lariat.configuration import ConfigurationError
+from services.recorder.runs.run_folder import starred_recordings
 
 log = logging.getLogger(__name__)
 
 IDLE_ENDING = "_idle.mcap"
 """End of the names of recordings of an idle cell."""
 _NAME = re.compile(r"\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d_.*\.mcap")
-"""Names of the files that the recorder writes; no other file is deleted."""
+"""Names of the files that the recorder writes; no other file is counted or deleted."""
 
 
-def delete_oldest(folder: Path, max_size: float) -> list[Path]:
-    """Delete the oldest recordings of a folder, idle cells first, until the rest is small enough.
+class Retention:
+    """Retention of the recordings of one folder: a file is announced before it is deleted."""
 
-    Args:
-        folder: Folder of the recordings.
-        max_size: Largest size of the recordings that stay, all together [bytes].
+    def __init__(self, folder: Path, max_size: float | None) -> None:
+        """Announce and delete nothing yet.
 
-    Raises:
-        OSError: A file cannot be deleted.
-    """
-    files = {p: p.stat().st_size for p in folder.iterdir() if _NAME.fullmatch(p.name)}
-    total = sum(files.values())
-    deleted = []
-    # A name begins with the time of the file's first message.
-    for path in sorted(files, key=lambda path: (not path.name.endswith(IDLE_ENDING), path.name)):
+        Args:
+            folder: Folder of the recordings; it need not exist.
+            max_size: Largest size of all recordings [bytes]; None keeps all.
+
+        Raises:
+            ConfigurationError: The size is not positive.
+        """
+        if max_size is not None and not max_size > 0.0:
+            raise ConfigurationError(f"--keep must be positive, got {max_size / 1e9:g} GB")
+        self._folder, self._max_size = folder, max_size
+        self._announced: set[Path] = set()
+
+    def apply(self) -> None:
+        """Delete what the last call has announced, and announce what the next one deletes.
+
+        Of the files beyond the size, those of idle cells go first, then the oldest; recordings of
+        runs with a star stay. What cannot be deleted stays, too.
+        """
+        if self._max_size is None:
+            return
+        surplus = self._surplus(self._max_size)
+        for path in [path for path in surplus if path in self._announced]:
+            try:
+                path.unlink()
+            except OSError as error:
+                log.warning("cannot delete %s: %s", path, error.strerror)
+                continue
+            log.warning("deleted %s", path)
+        new = [path for path in surplus if path not in self._announced]
+        if new:
+            log.warning(
+                "recordings take more than --keep %g GB; when the next file begins, %d are "
+                "deleted unless a star or a larger --keep keeps them: %s",
+                self._max_size / 1e9,
+                len(new),
+                ", ".join(path.name for path in new),
+            )
+        self._announced = set(new)
+
+    def _surplus(self, max_size: float) -> list[Path]:
+        """Return the files that have to go so that the rest is small enough."""
+        files = recordings(self._folder)
+        total = sum(files.values())
         if total <= max_size:
-            break
-        path.unlink()
-        total -= files[path]
-        deleted.append(path)
-        log.warning("deleted %s: recordings take up to %.3g GB", path, max_size / 1e9)
-    return deleted
+            return []
+        starred = starred_recordings(self._folder)
+        surplus = []
+        for path in sorted(files, key=_age_rank):
+            if total <= max_size:
+                break
+            if path.name not in starred:
+                surplus.append(path)
+                total -= files[path]
+        return surplus
+
+
+def recordings(folder: Path) -> dict[Path, int]:
+    """Return the sizes of the recorder's own files in a folder [bytes]; links are none of them."""
+    found: dict[Path, int] = {}
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            if not _NAME.fullmatch(entry.name):
+                continue
+            # It may have been deleted a moment ago.
+            with suppress(OSError):
+                status = entry.stat(follow_symlinks=False)
+                if stat.S_ISREG(status.st_mode):
+                    found[Path(entry.path)] = status.st_size
+    return found
+
+
+def _age_rank(path: Path) -> tuple[bool, str]:
+    """Rank of a file: those of idle cells first; a name begins with the time of its begin."""
+    return not path.name.endswith(IDLE_ENDING), path.name

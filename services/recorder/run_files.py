@@ -11,6 +11,7 @@ tries again later.
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 from collections.abc import Iterable
@@ -24,7 +25,7 @@ from lariat.trajectory import SECOND
 from services.recorder.options import RecorderOptions
 from services.recorder.pre_roll import PreRoll, QueuedMessage
 from services.recorder.private_folder import make_folder
-from services.recorder.retention import IDLE_ENDING, delete_oldest
+from services.recorder.retention import IDLE_ENDING, Retention
 from services.recorder.thinning import Thinning
 from shared.messages import FAILED, IDLE, REACHED, TaskState
 from shared.recording import Writer
@@ -57,6 +58,8 @@ class RunFiles:
         self._settings = scenario.recording
         self._pre_roll = PreRoll()
         self._thinning = Thinning()
+        keep = options.keep
+        self._retention = Retention(options.folder, None if keep is None else 1e9 * keep)
         self._writer: Writer | None = None
         self._kind: Kind = "run"
         self._former = ""
@@ -222,7 +225,7 @@ class RunFiles:
         try:
             # Before the file is created: otherwise every attempt would leave a file on a full disk.
             make_folder(path.parent)
-            delete_oldest(path.parent, 1e9 * self._settings.keep)
+            self._retention.apply()
             self._check_free_space()
             self._writer = Writer(
                 path,
@@ -251,7 +254,7 @@ class RunFiles:
         stem = f"{at:%Y-%m-%d_%H-%M-%S}_{name}"
         ending = IDLE_ENDING if self._kind == "idle" else ".mcap"
         path, count = self._options.folder / f"{stem}{ending}", 1
-        while path.exists():
+        while os.path.lexists(path):
             count += 1
             path = self._options.folder / f"{stem}_{count}{ending}"
         return path

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from lariat.scenario import SIDES, Scenario, Side
@@ -41,12 +41,13 @@ def _is_emulated(end: End) -> bool:
 
 
 def service_program(
-    name: str, common: Sequence[str], emulated: Sequence[Side], page: Sequence[str]
+    name: str,
+    common: Sequence[str],
+    emulated: Sequence[Side],
+    options: Mapping[str, Sequence[str]],
 ) -> Program:
-    """Program of a service or of the dashboard."""
-    more: tuple[str, ...] = ()
-    if name == "dashboard":
-        more = tuple(page)
+    """Program of a service or of the dashboard, with options of its own by its name."""
+    more = tuple(options.get(name, ()))
     if name == "robot_gateway":
         more = tuple(a for s in emulated for a in (f"--{s}-emulator", EMULATOR_HOSTS[s]))
     return Program(

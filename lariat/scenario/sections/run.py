@@ -38,9 +38,6 @@ class Recording:
     """Time after which the next file begins."""
     largest_file: Annotated[float, Bounds(0.001, 1000.0, "GB")] = 1.0
     """Size after which the next file begins."""
-    keep: Annotated[float, Bounds(0.01, 1e6, "GB")] = 20.0
-    """Size of all recordings in the folder, beyond which the oldest are deleted, those of the idle
-    cell first."""
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 from contextlib import suppress
@@ -158,3 +159,13 @@ class RunFolder:
         self._runs[run.summary.id] = run
         self._read.add(path.name)
         self.revision += 1
+
+
+def starred_recordings(recordings: Path) -> set[str]:
+    """Return the names of the recordings of all runs with a star, listed or not."""
+    names: set[str] = set()
+    for path in (recordings / FOLDER).glob("*.json"):
+        with suppress(OSError, ValueError, TypeError, KeyError):
+            summary = json.loads(read_file(path, MAX_FILE_SIZE))["summary"]
+            names |= set(summary["files"]) if summary["star"] else set()
+    return names

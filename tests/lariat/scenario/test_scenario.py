@@ -53,6 +53,11 @@ def test_defaults_of_the_smallest_scenario() -> None:
     assert (scenario.run.time_limit, scenario.run.tolerance) == (10.0, 0.003)
 
 
+def test_removed_limit_of_recordings_names_the_option_that_replaces_it() -> None:
+    with pytest.raises(ConfigurationError, match=r"recording\.keep .* `lariat up --keep GB`"):
+        parse(f"{SMALLEST}[recording]\nkeep = 0.01\n", FOLDER)
+
+
 def test_grips_point_along_the_rope_from_left_to_right() -> None:
     scenario = parse(SMALLEST, FOLDER)
     z = np.array([0.0, 0.0, 1.0])

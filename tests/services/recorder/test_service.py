@@ -14,9 +14,11 @@ import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
+from lariat.configuration import ConfigurationError
 from lariat.scenario import parse
 from lariat.trajectory import SECOND
 from services.recorder.options import RecorderOptions
+from services.recorder.runs.run_folder import RunFolder
 from services.recorder.service import RecorderService, build
 from shared import topics
 from shared.messages import (
@@ -28,7 +30,9 @@ from shared.messages import (
     ArmState,
     ArmStates,
     NodeChain,
+    RunFile,
     RunResult,
+    RunSummary,
     TaskState,
 )
 from shared.recording import Recording
@@ -71,10 +75,13 @@ def runs_of(folder: Path) -> list[Path]:
 class Cell:
     """Recorder with messages and a clock of the test's own."""
 
-    def __init__(self, folder: Path, **recording: float) -> None:
+    def __init__(
+        self, folder: Path, keep: float | None = RecorderOptions.keep, **recording: float
+    ) -> None:
         scenario = parse(TEXT, folder)
         scenario = replace(scenario, recording=replace(scenario.recording, **recording))
-        self.recorder: RecorderService = build(scenario, "r", RecorderOptions(folder))
+        options = RecorderOptions(folder, keep=keep)
+        self.recorder: RecorderService = build(scenario, "r", options)
         self.now = NOW
         self.sequences: dict[str, int] = {}
         self.said: list = []
@@ -292,15 +299,86 @@ def test_a_file_is_followed_by_the_next_after_a_time_and_after_a_size(tmp_path: 
     assert all(f.stat().st_size < 1.3e6 for f in runs_of(tmp_path / "small"))
 
 
-def test_the_oldest_recordings_are_deleted_those_of_idle_cells_first(tmp_path: Path):
+def test_the_oldest_recordings_are_deleted_once_named_those_of_idle_cells_first(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+):
     names = [f"2026-01-0{k}_00-00-00_a{'_idle' * (k > 3)}.mcap" for k in range(1, 6)]
     for name in (*names, "mine.mcap", "2026-notes.txt"):
         (tmp_path / name).write_bytes(bytes(4_000_000))
     cell = Cell(tmp_path, keep=0.01)
     cell.live(1.0)
+    doomed = [names[3], names[4], names[0]]
+    assert ", ".join(doomed) in caplog.text
+    assert {p.name for p in tmp_path.iterdir()} >= {*names, "mine.mcap"}
+    cell.live(31.0)
     cell.recorder.close()
     assert {p.name for p in tmp_path.iterdir()} >= {names[1], names[2], "mine.mcap"}
-    assert not {p.name for p in tmp_path.iterdir()} & {names[0], names[3], names[4]}
+    assert not {p.name for p in tmp_path.iterdir()} & {*doomed}
+
+
+def test_no_recording_is_deleted_unless_a_person_limits_their_size(tmp_path: Path):
+    old = tmp_path / "2026-01-01_00-00-00_a.mcap"
+    with old.open("wb") as stream:
+        stream.truncate(2**40)
+    cell = Cell(tmp_path)
+    cell.live(35.0)
+    cell.recorder.close()
+    assert old.exists()
+
+
+def test_a_limit_of_nothing_is_refused(tmp_path: Path):
+    for keep in (0.0, -1.0, float("nan")):
+        with pytest.raises(ConfigurationError, match="--keep must be positive"):
+            Cell(tmp_path, keep=keep)
+
+
+def test_recordings_of_a_run_with_a_star_stay(tmp_path: Path):
+    first, second, third = (f"2026-01-0{k}_00-00-00_a.mcap" for k in (1, 2, 3))
+    runs = RunFolder(tmp_path)
+    for name, star in ((first, True), (second, False)):
+        (tmp_path / name).write_bytes(bytes(4_000_000))
+        runs.keep(RunFile(summary=RunSummary(id=name[:10], files=[name], star=star)))
+    (tmp_path / third).write_bytes(bytes(4_000_000))
+    (tmp_path / "runs" / "broken.json").write_text("{")
+    cell = Cell(tmp_path, keep=0.01)
+    cell.live(35.0)
+    cell.recorder.close()
+    assert [p.name for p in runs_of(tmp_path)[:2]] == [first, third]
+
+
+def test_links_among_the_recordings_are_neither_counted_nor_deleted(tmp_path: Path):
+    folder, elsewhere = tmp_path / "recordings", tmp_path / "large"
+    folder.mkdir()
+    with elsewhere.open("wb") as stream:
+        stream.truncate(2**40)
+    real, link, dangling = (folder / f"2026-01-0{k}_00-00-00_a.mcap" for k in (1, 2, 3))
+    real.write_bytes(bytes(4_000_000))
+    link.symlink_to(elsewhere)
+    dangling.symlink_to(tmp_path / "missing")
+    cell = Cell(folder, keep=0.01)
+    cell.live(35.0)
+    assert cell.states()[-1].recording
+    cell.recorder.close()
+    assert real.exists()
+    assert link.is_symlink()
+    assert dangling.is_symlink()
+    assert elsewhere.exists()
+
+
+def test_a_recording_that_cannot_be_deleted_does_not_stop_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+):
+    old = tmp_path / "2026-01-01_00-00-00_a.mcap"
+    old.write_bytes(bytes(20_000_000))
+
+    def refuse(path: Path) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(Path, "unlink", refuse)
+    cell = Cell(tmp_path, keep=0.01)
+    cell.live(35.0)
+    assert cell.states()[-1].recording
+    assert f"cannot delete {old}: Operation not permitted" in caplog.text
 
 
 def test_a_long_pre_roll_is_written_over_several_steps(tmp_path: Path):

@@ -7,13 +7,17 @@ not: an exception there ends the process, which its log shows.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TypeVar
 
 from lariat.configuration import reason_of
 
 log = logging.getLogger(__name__)
+
+Item = TypeVar("Item")
+Value = TypeVar("Value")
 
 MAX_LOGGED_LENGTH = 200
 """Number of characters after which the reason of a refusal is cut in the log."""
@@ -56,6 +60,17 @@ class Door:
                 raise
             outcome.refusal = reason_of(error)
             self.refuse(source, outcome.refusal, None if expected else error)
+
+    def converted(
+        self, source: str, items: Iterable[Item], convert: Callable[[Item], Value]
+    ) -> Iterator[Value]:
+        """Yield what a conversion makes of things; one of which it makes nothing is refused.
+
+        Only the conversion is guarded, not what is done with a value.
+        """
+        for item in items:
+            with self.guard(source):
+                yield convert(item)
 
     def refuse(self, source: str, reason: str, fault: Exception | None = None) -> None:
         """Count a refusal, and log it at counts of 1, 10, 100, … of its source.

@@ -23,6 +23,7 @@ from services.controller.messages import (
 )
 from services.controller.status import StatusPublisher
 from shared import topics
+from shared.door import Door
 from shared.messages import obstacle_motions, poses_known, scene_obstacles
 from shared.other_ropes import other_rope_obstacles
 from shared.runtime.service import Inbox, Publication, Received
@@ -57,6 +58,7 @@ class ControllerService:
     def __init__(self, scenario: Scenario, session: str) -> None:
         """Create the controller of a scenario."""
         self.controller = RopeController(scenario)
+        self.door = Door()
         self._session, self._sequence = session, 0
         self._status = StatusPublisher(self.controller)
         self._path: Received | None = None
@@ -80,20 +82,24 @@ class ControllerService:
         controller = self.controller
         self._take_arms(inbox)
         if (rope := inbox.fresh(topics.ROPE_NODES)) is not None:
-            controller.take_rope(rope_observation(rope.message), now)
+            with self.door.guard(topics.ROPE_NODES.key):
+                controller.take_rope(rope_observation(rope.message), now)
         for request in inbox.every(topics.TASK_REQUEST):
-            controller.carry_out(task_request(request.message), now)
+            with self.door.guard(topics.TASK_REQUEST.key):
+                controller.carry_out(task_request(request.message), now)
         controller.begin_due_goals(now)
         self._take_scene(inbox, now)
         path = inbox.latest(topics.CONTROLLER_PATH)
         if path is not None and path is not self._path:
             self._path = path
-            controller.take_path(path_offer(path.message))
+            with self.door.guard(topics.CONTROLLER_PATH.key):
+                controller.take_path(path_offer(path.message))
         draft = inbox.fresh(topics.TASK_GOAL_DRAFT)
         if draft is not None:
-            preview = controller.preview(*draft_request(draft.message))
-            message = preview_message(preview, draft.message.id, now)
-            yield Publication(topics.TASK_GOAL_PREVIEW, message)
+            with self.door.guard(topics.TASK_GOAL_DRAFT.key):
+                preview = controller.preview(*draft_request(draft.message))
+                message = preview_message(preview, draft.message.id, now)
+                yield Publication(topics.TASK_GOAL_PREVIEW, message)
         for output in controller.step(now):
             yield self._publication(output, now)
         yield from self._status.due(now)
@@ -101,22 +107,28 @@ class ControllerService:
     def _take_arms(self, inbox: Inbox) -> None:
         arrived = inbox.every(topics.ARM_STATE)
         if arrived and poses_known(arrived[-1].message):
-            arms = arrived[-1].message
-            condition = arm_condition(arms, self._session)
-            self.controller.take_arms(grip_motion(arms), condition, arms.stamp)
+            with self.door.guard(topics.ARM_STATE.key):
+                arms = arrived[-1].message
+                condition = arm_condition(arms, self._session)
+                self.controller.take_arms(grip_motion(arms), condition, arms.stamp)
 
     def _take_scene(self, inbox: Inbox, now: int) -> None:
         controller = self.controller
         scene = inbox.latest(topics.SCENE_STATE)
         if scene is not None and scene.message.revision != controller.scene.revision:
-            controller.take_scene(scene_obstacles(scene.message), scene.message.revision)
+            with self.door.guard(topics.SCENE_STATE.key):
+                controller.take_scene(scene_obstacles(scene.message), scene.message.revision)
         motion = inbox.fresh(topics.SCENE_MOTION)
         if motion is not None:
-            controller.take_motions(obstacle_motions(motion.message), motion.message.run_started)
+            with self.door.guard(topics.SCENE_MOTION.key):
+                run = motion.message.run_started
+                controller.take_motions(obstacle_motions(motion.message), run)
         controller.scene.advance(now)
         others = inbox.fresh(topics.ROPE_OTHERS)
         if others is not None:
-            controller.take_others(other_rope_obstacles(others.message), others.message.revision)
+            with self.door.guard(topics.ROPE_OTHERS.key):
+                revision = others.message.revision
+                controller.take_others(other_rope_obstacles(others.message), revision)
 
     def _publication(self, output: Command | SetpointChunk | Reason, now: int) -> Publication:
         """Message of a horizon, of setpoints, or of a reason to hold the arms."""

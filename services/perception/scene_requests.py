@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import logging
-
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.perception.scene import SceneChangeRefused, SceneOwner
+from shared import topics
+from shared.door import Door
 from shared.messages import Scene, SceneRequest, obstacle_message, scene_obstacles
-
-log = logging.getLogger(__name__)
 
 
 class SceneRequests:
     """Applies requests to a scene, and creates its message with the answer to the last request."""
 
-    def __init__(self, scene: SceneOwner) -> None:
-        self._scene = scene
+    def __init__(self, scene: SceneOwner, door: Door) -> None:
+        self._scene, self._door = scene, door
         self._last_request = ""
         self._refusal = ""
 
@@ -28,12 +26,9 @@ class SceneRequests:
             request: Obstacle to add, move, resize or remove.
             rope: Nodes of the rope, which obstacles must not overlap [m]; None when unknown.
         """
-        self._last_request, self._refusal = request.id, ""
-        try:
+        with self._door.guard(topics.SCENE_REQUEST.key) as outcome:
             self._apply(request, rope)
-        except ValueError as error:
-            self._refusal = str(error)
-            log.warning("scene request %s refused: %s", request.id, error)
+        self._last_request, self._refusal = request.id, outcome.refusal
 
     def state(self, now: int) -> Scene:
         """Return the message of the scene at a time [ns]."""

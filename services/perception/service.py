@@ -38,6 +38,7 @@ from services.perception.scene_requests import SceneRequests
 from services.perception.simulated_truth import SimulatedTruth
 from services.perception.simultaneous_frames import SimultaneousFrames
 from shared import topics
+from shared.door import Door
 from shared.messages import NodeChain, TaskState, arm_pose, chain, poses_known
 from shared.runtime.service import Inbox, Publication
 from shared.topics import Topic
@@ -82,7 +83,8 @@ class PerceptionService:
         moving = frozenset(motion.name for motion in scenario.obstacle_motions())
         self._scene = SceneOwner(scenario.bodies, events, self._rope.radius, moving)
         self._motion = SceneMotionPublisher(scenario)
-        self._requests = SceneRequests(self._scene)
+        self.door = Door()
+        self._requests = SceneRequests(self._scene, self.door)
         self._cameras = [
             RopeCamera(
                 setup.name,
@@ -126,18 +128,21 @@ class PerceptionService:
         """Process the newest frame and every request."""
         for received in inbox.every(topics.ARM_STATE):
             arms = received.message
-            if poses_known(arms):
-                self._grips.add(arms.stamp, arm_pose(arms, "left"), arm_pose(arms, "right"))
-            self._clock_check.take(arms.stamp, received.received)
+            with self.door.guard(topics.ARM_STATE.key):
+                if poses_known(arms):
+                    self._grips.add(arms.stamp, arm_pose(arms, "left"), arm_pose(arms, "right"))
+                self._clock_check.take(arms.stamp, received.received)
         task = inbox.latest(topics.TASK_STATE)
         if task is not None:
-            self._follow_task(task.message, now)
+            with self.door.guard(topics.TASK_STATE.key):
+                self._follow_task(task.message, now)
         if self._scenario.sensing.source == "truth":
             truth = inbox.fresh(topics.ROPE_TRUTH)
             if truth is not None and truth.message.positions:
-                perceived = self._truth.perceive(truth.message)
-                self._nodes = chain(perceived.positions)
-                yield Publication(topics.ROPE_NODES, perceived)
+                with self.door.guard(topics.ROPE_TRUTH.key):
+                    perceived = self._truth.perceive(truth.message)
+                    self._nodes = chain(perceived.positions)
+                    yield Publication(topics.ROPE_NODES, perceived)
         else:
             yield from self._process_cameras(inbox, now)
         for received in inbox.every(topics.SCENE_REQUEST):

@@ -23,6 +23,7 @@ from lariat.trajectory import NANOSECONDS, SECOND
 from services.planner.parameter_update import update
 from services.planner.path_start import at_rest, moved, stopped
 from shared import topics
+from shared.door import Door
 from shared.messages import (
     RUNNING,
     ArmStates,
@@ -73,6 +74,7 @@ class PlannerService:
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
         self.longest_step = max(self.longest_step, scenario.control.planning_time)
+        self.door = Door()
         self._moves = scenario.moves
         self._rope = RopeModel(scenario.rope, self._moves)
         own = extension("control.path_planner", scenario.control.path_planner, PATH_PLANNERS)
@@ -140,12 +142,21 @@ class PlannerService:
             if begin is not arms.message and nodes is not None:
                 nodes = moved(nodes, arms.message, begin)
             parameters = inbox.latest(topics.CONTROLLER_PARAMETERS)
-            if parameters is not None:
-                update(self._rope, parameters.message.rod)
             self._planned = wanted
-            beside = other_rope_obstacles(others.message) if others is not None else ()
             self._planning_since = now
-            self._path = self._plan(task.message, scene.message, motions, beside, begin, nodes)
+            self._path = Path(
+                stamp=begin.stamp,
+                goal_revision=task.message.goal_revision,
+                scene_revision=scene.message.revision,
+                replan_count=task.message.replan_count,
+            )
+            with self.door.guard("a goal to plan for") as outcome:
+                if parameters is not None:
+                    update(self._rope, parameters.message.rod)
+                beside = other_rope_obstacles(others.message) if others is not None else ()
+                self._path = self._plan(task.message, scene.message, motions, beside, begin, nodes)
+            if outcome.refusal:
+                self._path.reason = f"the planner cannot plan for this goal: {outcome.refusal}"
             self._path.others_revision = wanted[2]
             self._path.motion_run_started = motions.run_started
             self._published = 0

@@ -17,6 +17,7 @@ from services.recorder.runs.runs import Runs
 from services.recorder.view.cell_view import WRITES, CellView
 from shared import topics
 from shared.arm_rest import stands
+from shared.door import Door
 from shared.messages import ArmStates, RecordState, RunResult, TaskState
 from shared.runtime.service import Inbox, Publication
 from shared.topics import Topic
@@ -66,9 +67,10 @@ class RecorderService:
     latency = 0.0
 
     def __init__(self, scenario: Scenario, options: RecorderOptions) -> None:
+        self.door = Door()
         self._files = RunFiles(scenario, options)
-        self._runs = Runs(scenario, options.folder)
-        self._goals = Goals(scenario, options.folder)
+        self._runs = Runs(scenario, options.folder, self.door)
+        self._goals = Goals(scenario, options.folder, self.door)
         self._view = CellView(scenario)
         self.writes = (*OWN_WRITES, *self._view.writes)
         self._topics: dict[str, Topic | None] = {}
@@ -89,14 +91,8 @@ class RecorderService:
         if topic is None:
             return
         self._count_drops(message)
-        if message.key == topics.TASK_STATE.key:
-            task = TaskState.FromString(message.payload)
-            self._files.take_task(task, message.received)
-            self._runs.take_task(task)
-        elif message.key == topics.RUN_RESULT.key:
-            self._runs.take_result(RunResult.FromString(message.payload))
-        elif message.key == topics.ARM_STATE.key and _is_moving(message.payload):
-            self._files.take_motion(message.received)
+        with self.door.guard(message.key):
+            self._follow(message)
         self._files.put(
             QueuedMessage(
                 topic,
@@ -107,7 +103,19 @@ class RecorderService:
                 message.published,
             )
         )
-        self._view.take(message.key, message.payload)
+        with self.door.guard(message.key):
+            self._view.take(message.key, message.payload)
+
+    def _follow(self, message: EncodedMessage) -> None:
+        """Follow runs and the motion of the arms."""
+        if message.key == topics.TASK_STATE.key:
+            task = TaskState.FromString(message.payload)
+            self._files.take_task(task, message.received)
+            self._runs.take_task(task)
+        elif message.key == topics.RUN_RESULT.key:
+            self._runs.take_result(RunResult.FromString(message.payload))
+        elif message.key == topics.ARM_STATE.key and _is_moving(message.payload):
+            self._files.take_motion(message.received)
 
     def _count_drops(self, message: EncodedMessage) -> None:
         stream = message.key, message.publisher
@@ -124,7 +132,8 @@ class RecorderService:
             self.note = self._files.failure
             if self.note:
                 log.error("not recording: %s", self.note)
-        yield from self._view.draw(now)
+        with self.door.guard("the drawing of the cell"):
+            yield from self._view.draw(now)
         writer = self._files.writer
         if self._files.late is not None:
             self._runs.take_late_file(*self._files.late)

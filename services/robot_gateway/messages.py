@@ -13,6 +13,7 @@ from lariat.trajectory import NANOSECONDS, SetpointChunk
 from services.robot_gateway.drivers.driver import ArmFeedback, Driver
 from services.robot_gateway.status import CellStatus
 from shared.messages import ArmCommand, ArmState, ArmStates, Consent, Setpoints
+from shared.runtime.service import Received
 
 ACTION_NAMES: dict[int, Action] = {
     ArmCommand.ARM: "arm",
@@ -56,8 +57,9 @@ def chunk_of(message: Setpoints, sides: Sequence[Side]) -> SetpointChunk:
     return SetpointChunk(message.t0, message.dt * NANOSECONDS, positions, orientations)
 
 
-def command_of(message: ArmCommand) -> OperatorCommand:
+def command_of(item: Received) -> OperatorCommand:
     """Return the command of a message."""
+    message: ArmCommand = item.message
     return OperatorCommand(
         id=message.id,
         boot=message.boot,
@@ -71,8 +73,9 @@ def command_of(message: ArmCommand) -> OperatorCommand:
     )
 
 
-def sign_of_life_of(message: Consent) -> SignOfLife:
+def sign_of_life_of(item: Received) -> SignOfLife:
     """Return the sign of life of a message."""
+    message: Consent = item.message
     return SignOfLife(message.command, message.boot, message.sequence, message.answers)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -22,11 +21,10 @@ from services.robot_gateway.shutdown import bring_to_rest
 from services.robot_gateway.state_logger import StateLogger
 from services.robot_gateway.writer_control import WriterChunk
 from shared import topics
+from shared.door import Door
 from shared.messages import Scene, SceneMotion, Setpoints, obstacle_motions, scene_obstacles
 from shared.runtime.clock import SystemClock
 from shared.runtime.service import Inbox, Publication, Received
-
-log = logging.getLogger(__name__)
 
 MOTION_PERIOD = SECOND // 25
 """Time between two updates of moving obstacles [ns]."""
@@ -80,6 +78,7 @@ class RobotGatewayService:
             addresses: Hosts of real arms by side.
         """
         self.cell = cell
+        self.door = Door()
         self.simulated = simulated
         self._scene_guard = scene_guard
         self._scenario, self._addresses = scenario, dict(addresses or {})
@@ -106,10 +105,12 @@ class RobotGatewayService:
             if state.message.boot != self.cell.safety.boot:
                 self.cell.take_other_gateway(state.message.boot, state.received)
         # Commands first: setpoints of the same tick do not move what a person stops.
-        for command in inbox.every(topics.ARM_COMMAND):
-            self.cell.take_command(command_of(command.message), now)
-        for consent in inbox.every(topics.ARM_CONSENT):
-            self.cell.take_sign_of_life(sign_of_life_of(consent.message), now)
+        commands = inbox.every(topics.ARM_COMMAND)
+        for command in self.door.converted(topics.ARM_COMMAND.key, commands, command_of):
+            self.cell.take_command(command, now)
+        signs = inbox.every(topics.ARM_CONSENT)
+        for sign in self.door.converted(topics.ARM_CONSENT.key, signs, sign_of_life_of):
+            self.cell.take_sign_of_life(sign, now)
         self._take_setpoints(inbox.every(topics.ARM_SETPOINTS))
         task = inbox.fresh(topics.TASK_STATE)
         if task is not None and self.simulated:
@@ -128,13 +129,12 @@ class RobotGatewayService:
         self.cell.close()
 
     def _take_scene(self, message: Scene) -> None:
-        try:
+        # A scene that is refused leaves the former one.
+        with self.door.guard(topics.SCENE_STATE.key) as outcome:
             self._bodies = self._scene_guard.admit(scene_obstacles(message))
-        except ValueError as error:
-            log.warning("scene %d refused, the former one holds: %s", message.revision, error)
-            return
-        self.cell.take_scene(self._bodies)
-        self._moved_at = 0
+        if not outcome.refusal:
+            self.cell.take_scene(self._bodies)
+            self._moved_at = 0
 
     def _move_obstacles(self, inbox: Inbox, now: int) -> None:
         """Keep out where moving obstacles are, and where they will be after the reaction time."""
@@ -148,11 +148,9 @@ class RobotGatewayService:
             )
 
     def _take_motions(self, message: SceneMotion) -> None:
-        try:
+        known = self._motions
+        with self.door.guard(topics.SCENE_MOTION.key):
             known = self._scene_guard.admit_motions(obstacle_motions(message))
-        except ValueError as error:
-            log.warning("motions of obstacles refused, the former ones hold: %s", error)
-            return
         if known != self._motions:
             self._motions, self._moved_at = known, 0
             if not known:
@@ -167,16 +165,14 @@ class RobotGatewayService:
                     message.session, message.sequence, item.received, message.reason
                 )
         driven = [SIDES[k] for k in self.cell.follower.driven]
-        self.cell.take_chunks(
-            WriterChunk(
-                chunk_of(item.message, driven),
-                item.message.session,
-                item.message.sequence,
-                item.received,
-            )
-            for item in reversed(arrived)
-            if not item.message.hold
-        )
+
+        def chunk(item: Received) -> WriterChunk:
+            message: Setpoints = item.message
+            setpoints = chunk_of(message, driven)
+            return WriterChunk(setpoints, message.session, message.sequence, item.received)
+
+        chunks = [item for item in reversed(arrived) if not item.message.hold]
+        self.cell.take_chunks(self.door.converted(topics.ARM_SETPOINTS.key, chunks, chunk))
 
 
 def build(

@@ -22,6 +22,7 @@ from services.sim.lab_camera import LabCamera
 from services.sim.marked_obstacles import MarkedObstacles
 from services.sim.options import SimOptions
 from shared import topics
+from shared.door import Door
 from shared.messages import (
     RUNNING,
     ArmStates,
@@ -71,6 +72,7 @@ class SimService:
         """
         sensing = scenario.sensing
         self.latency = sensing.latency
+        self.door = Door()
         self._scenario = scenario
         self._period = round(SECOND / sensing.rate)
         self._world = world or World(scenario)
@@ -100,10 +102,12 @@ class SimService:
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Follow the arms; publish truth and images at the cameras' rate."""
-        self._update_obstacles(inbox, now)
+        with self.door.guard("the scene"):
+            self._update_obstacles(inbox, now)
         arrived = [r.message for r in inbox.every(topics.ARM_STATE) if poses_known(r.message)]
         for states in arrived:
-            self._follow(states)
+            with self.door.guard(topics.ARM_STATE.key):
+                self._follow(states)
         # At most one image in a step: a late process must not fall further behind.
         if arrived or self._world.instant is None:
             yield from self._observe(self._world.instant or now)

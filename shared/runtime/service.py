@@ -94,7 +94,8 @@ class Service(Protocol):
         """Process the messages since the last step and yield the publications.
 
         The runner always exhausts the iterator before the next step. Input that is missing or stale
-        is no error: the service publishes a state that says so. An exception ends the process.
+        is no error: the service publishes a state that says so. An exception ends the process;
+        the handling of what others send stands in a door (`shared.door`).
 
         Args:
             inbox: Messages since the last step, and the newest message of each topic.

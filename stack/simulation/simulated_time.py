@@ -195,6 +195,8 @@ class SimulatedStack:
 
 
 def _schedule(service: Service, start: int) -> _ScheduledService:
+    if door := getattr(service, "door", None):
+        door.strict = True
     return _ScheduledService(
         service,
         start=start,

@@ -20,6 +20,20 @@ LENGTHS = (0, 1, 2, 3, 4, 6, 7, 9, 12, 30, 90, 120, 300, 6003)
 """Lengths of repeated fields."""
 WORDS = (b"nan", b"inf", b"-1", b"1e308", b"9" * 400, b"[]", b"{}", b'""', b"true", b"'")
 """Texts that replace a value."""
+DEEP_SETTING = "rope" + ".a" * 1800 + "=1"
+"""Setting whose key has more parts than a recursion takes."""
+TEXTS = (
+    "left",
+    "right",
+    "table",
+    "../../etc/passwd",
+    "x" * 240,
+    "x" * 5000,
+    "\x1b[2J",
+    DEEP_SETTING,
+    "seed=" + "[" * 3000,
+)
+"""Texts of messages."""
 INTEGERS = {
     FieldDescriptor.CPPTYPE_INT32: (-(2**31), 2**31 - 1),
     FieldDescriptor.CPPTYPE_ENUM: (-(2**31), 2**31 - 1),
@@ -80,8 +94,7 @@ def _values(field: FieldDescriptor) -> st.SearchStrategy[object]:
         case FieldDescriptor.CPPTYPE_STRING if field.type == FieldDescriptor.TYPE_BYTES:
             value = st.binary(max_size=200)
         case FieldDescriptor.CPPTYPE_STRING:
-            known = st.sampled_from(("left", "right", "table", "../../etc/passwd", "x" * 5000))
-            value = st.text(max_size=40) | known
+            value = st.text(max_size=40) | st.sampled_from(TEXTS)
         case kind:
             value = st.integers(*INTEGERS[kind]) | st.integers(0, 8)
     if not field.is_repeated:

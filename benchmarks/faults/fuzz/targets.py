@@ -126,6 +126,9 @@ def service(name: str, scenario: str) -> Iterator[Target]:
             cleanup.callback(pages.close)
         else:
             member = services.build(name, cell, f"{name}-0")
+        # A fault behind the door is one that the door hides.
+        if door := getattr(member, "door", None):
+            door.strict = True
         cleanup.callback(getattr(member, "close", lambda: None))
         member.warm_up()
         step = _Stepping(member, ordinary_run(scenario))
@@ -148,6 +151,7 @@ class _Stepping:
         self._member = member
         self._lawful = [delivery for delivery in lawful if delivery.key in keys]
         self._mailbox, self._check = Mailbox(member.reads), MessageCheck()
+        self._check.door.strict = True
         self._steps = 0
 
     def __call__(self, messages: Messages) -> int:
@@ -228,6 +232,7 @@ def launcher(scenario: str) -> Iterator[Target]:
             switch = ScenarioManager(
                 library, first, Path(folder, "started"), lambda _: CHECK, trials
             )
+            switch.door.strict = True
             console = ProcessConsole(io.StringIO())
             programs = (READY_AND_IDLE,)
             with suppress(_AllTakenError):

@@ -7,20 +7,18 @@ reads too.
 
 from __future__ import annotations
 
-import logging
 import os
 import re
 from pathlib import Path
 
-from google.protobuf.json_format import MessageToJson, Parse, ParseError
+from google.protobuf.json_format import MessageToJson, Parse
 
 from lariat.files.bounded_file import read_file
 from services.recorder.private_folder import make_folder
+from shared.door import Door
 from shared.goal_table import goal_table
 from shared.messages import Goal, SavedGoal
 from shared.messages.checks.task import check_goal
-
-log = logging.getLogger(__name__)
 
 FOLDER = "goals"
 """Name of the folder inside that of the recordings."""
@@ -39,12 +37,14 @@ class GoalRefused(ValueError):
 class GoalFolder:
     """Named goals of a folder of recordings."""
 
-    def __init__(self, recordings: Path) -> None:
+    def __init__(self, recordings: Path, door: Door) -> None:
         """Create an empty list.
 
         Args:
             recordings: Folder of the recordings; it need not exist.
+            door: Refuses files that are none.
         """
+        self._door = door
         self._recordings = recordings
         self._folder = recordings / FOLDER
         self._goals: dict[str, SavedGoal] = {}
@@ -57,15 +57,12 @@ class GoalFolder:
     def load(self) -> None:
         """Read the goals; a file that is none is left out and logged."""
         for path in sorted(self._folder.glob("*.json"))[:MAX_GOALS]:
-            try:
+            with self._door.guard(f"{path} in the list of goals"):
                 saved = Parse(read_file(path, MAX_FILE_SIZE), SavedGoal())
                 if saved.name != path.stem or not NAME.fullmatch(saved.name):
                     raise ValueError(f"it holds the goal {saved.name[:100]!r}")
                 check_goal(saved.goal)
-            except (OSError, ValueError, ParseError) as error:
-                log.warning("%s is left out of the list of goals: %s", path, error)
-                continue
-            self._goals[saved.name] = saved
+                self._goals[saved.name] = saved
 
     def save(self, name: str, scenario: str, goal: Goal) -> None:
         """Save a goal; one that was saved under this name before is replaced.

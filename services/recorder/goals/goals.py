@@ -9,6 +9,7 @@ from lariat.scenario import Scenario
 from lariat.trajectory import SECOND
 from services.recorder.goals.goal_folder import GoalFolder, GoalRefused
 from shared import topics
+from shared.door import Door
 from shared.messages import GoalList, GoalListRequest
 from shared.runtime.service import Publication
 
@@ -16,15 +17,17 @@ from shared.runtime.service import Publication
 class Goals:
     """Named goals of one folder of recordings."""
 
-    def __init__(self, scenario: Scenario, recordings: Path) -> None:
+    def __init__(self, scenario: Scenario, recordings: Path, door: Door) -> None:
         """Create an empty list.
 
         Args:
             scenario: Scenario of the cell.
             recordings: Folder of the recordings; it need not exist.
+            door: Refuses requests and files of others.
         """
+        self._door = door
         self._scenario = scenario.name
-        self._folder = GoalFolder(recordings)
+        self._folder = GoalFolder(recordings, door)
         self._last_request = self._refusal = ""
         self._publish_time = -SECOND
 
@@ -40,8 +43,7 @@ class Goals:
             now: Present time [ns].
         """
         for request in requests:
-            self._last_request, self._refusal = request.id, ""
-            try:
+            with self._door.guard(topics.GOAL_LIST_REQUEST.key) as outcome:
                 match request.action:
                     case GoalListRequest.SAVE:
                         self._folder.save(request.name, self._scenario, request.goal)
@@ -49,8 +51,7 @@ class Goals:
                         self._folder.delete(request.name)
                     case unknown:
                         raise GoalRefused(f"there is no action {unknown}")
-            except (GoalRefused, OSError) as error:
-                self._refusal = str(error)
+            self._last_request, self._refusal = request.id, outcome.refusal
         if requests or now - self._publish_time >= SECOND:
             self._publish_time = now
             message = GoalList(stamp=now, last_request=self._last_request, refusal=self._refusal)

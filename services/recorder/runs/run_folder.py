@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import json
-import logging
 import os
 from contextlib import suppress
 from pathlib import Path
 
-from google.protobuf.json_format import MessageToJson, Parse, ParseError
+from google.protobuf.json_format import MessageToJson, Parse
 
 from lariat.files.bounded_file import path_inside, read_file
 from lariat.trajectory import SECOND
 from services.recorder.private_folder import make_folder
+from shared.door import Door
 from shared.messages import RunFile, RunSummary
-
-log = logging.getLogger(__name__)
 
 FOLDER = "runs"
 """Name of the folder inside that of the recordings."""
@@ -34,12 +32,14 @@ class RunRefused(ValueError):
 class RunFolder:
     """Runs of a folder of recordings."""
 
-    def __init__(self, recordings: Path) -> None:
+    def __init__(self, recordings: Path, door: Door | None = None) -> None:
         """Create an empty list.
 
         Args:
             recordings: Folder of the recordings; it need not exist.
+            door: Refuses files that are none; by default one of its own.
         """
+        self._door = door or Door()
         self._recordings = recordings
         self._folder = recordings / FOLDER
         self._runs: dict[str, RunFile] = {}
@@ -69,15 +69,12 @@ class RunFolder:
         newest = sorted(self._folder.glob("*.json"), reverse=True)[:MAX_RUNS]
         for path in [p for p in newest if p.name not in self._read]:
             self._read.add(path.name)
-            try:
+            with self._door.guard(f"{path} in the list of runs"):
                 run = Parse(read_file(path, MAX_FILE_SIZE), RunFile(), ignore_unknown_fields=True)
                 if run.summary.id != path.stem:
                     raise ValueError(f"it holds the run {run.summary.id[:100]!r}")
-            except (OSError, ValueError, ParseError) as error:
-                log.warning("%s is left out of the list of runs: %s", path, error)
-                continue
-            self._runs.setdefault(run.summary.id, run)
-            self.revision += 1
+                self._runs.setdefault(run.summary.id, run)
+                self.revision += 1
         self._forget_oldest()
 
     def summaries(self) -> list[RunSummary]:
@@ -165,7 +162,7 @@ def starred_recordings(recordings: Path) -> set[str]:
     """Return the names of the recordings of all runs with a star, listed or not."""
     names: set[str] = set()
     for path in (recordings / FOLDER).glob("*.json"):
-        with suppress(OSError, ValueError, TypeError, KeyError):
+        with suppress(OSError, ValueError, TypeError, KeyError, RecursionError):
             summary = json.loads(read_file(path, MAX_FILE_SIZE))["summary"]
             names |= set(summary["files"]) if summary["star"] else set()
     return names

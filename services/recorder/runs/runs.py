@@ -13,6 +13,7 @@ from services.recorder.runs.run_folder import RunFolder, RunRefused
 from services.recorder.runs.run_log import RunLog
 from services.recorder.runs.video_process import VideoProcess
 from shared import topics
+from shared.door import Door
 from shared.messages import RunFile, RunList, RunListRequest, RunResult, TaskState
 from shared.runtime.service import Publication
 
@@ -25,15 +26,17 @@ MAX_SELECTED = 8
 class Runs:
     """Runs of one folder of recordings."""
 
-    def __init__(self, scenario: Scenario, recordings: Path) -> None:
+    def __init__(self, scenario: Scenario, recordings: Path, door: Door) -> None:
         """Create an empty list.
 
         Args:
             scenario: Scenario of the cell.
             recordings: Folder of the recordings; it need not exist.
+            door: Refuses requests and files of others.
         """
+        self._door = door
         self._log = RunLog(scenario)
-        self._folder = RunFolder(recordings)
+        self._folder = RunFolder(recordings, door)
         self._recorded = RecordedRun(recordings)
         self._video = VideoProcess()
         self._last_request = self._refusal = ""
@@ -75,11 +78,9 @@ class Runs:
             self._log.take_file(open_file)
         for request in requests:
             curves: list[RunFile] = []
-            self._last_request, self._refusal = request.id, ""
-            try:
+            with self._door.guard(topics.RUN_LIST_REQUEST.key) as outcome:
                 curves = self._carry_out(request, open_file)
-            except (RunRefused, OSError) as error:
-                self._refusal = str(error)
+            self._last_request, self._refusal = request.id, outcome.refusal
             for run in curves:
                 run.curves.stamp = now
                 yield Publication(topics.RUN_CURVES, run.curves)

@@ -219,3 +219,20 @@ def test_controller_that_knows_no_arms_states_no_count_of_resets() -> None:
     (task,) = [p.message for p in service.step(Inbox({}, {}), SECOND)]
     assert isinstance(task, TaskState)
     assert task.reset_count == 0
+
+
+def test_request_that_cannot_be_handled_is_refused_and_the_next_one_is_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    service = build(SCENARIO, "session")
+
+    def fail(*_: object) -> None:
+        raise KeyError("x")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("services.controller.service.task_request", fail)
+        start = TaskRequest(id="1", action=TaskRequest.START)
+        assert step(service, SECOND, 0.4, start).last_request == ""
+    assert service.door.refused == 1
+    start = TaskRequest(id="2", action=TaskRequest.START)
+    assert step(service, 2 * SECOND, 0.4, start).last_request == "2"

@@ -164,3 +164,17 @@ def test_planner_knows_where_the_grippers_hold_the_ends() -> None:
     believed = [grip.position for grip in SCENARIO.grips(SCENARIO.start)]
     assert np.linalg.norm(ends[0] - grippers[0], axis=1) == pytest.approx([0.003, 0.002])
     assert grippers[0] == pytest.approx(np.array(believed))
+
+
+def test_goal_for_which_planning_fails_is_answered_with_the_reason() -> None:
+    service = CapturingPlanner(SCENARIO)
+
+    def fail(problem: Problem) -> WholePath:
+        raise ZeroDivisionError("x")
+
+    service._find = fail
+    (published,) = service.step(inbox(SCENARIO), SECOND)
+    path = published.message
+    assert (path.reached, path.goal_revision) == (False, 1)
+    assert path.reason == "the planner cannot plan for this goal: ZeroDivisionError: x"
+    assert service.door.refused == 1

@@ -464,3 +464,31 @@ def test_recording_stops_before_the_disk_is_full(tmp_path: Path, monkeypatch):
     # No attempt leaves another one behind.
     (file,) = tmp_path.glob("*.mcap")
     list(Recording(file).messages())
+
+
+def test_message_that_cannot_be_drawn_is_recorded_and_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder = build(parse(TEXT, tmp_path), "recorder-0", RecorderOptions(tmp_path))
+
+    def fail(*_: object) -> None:
+        raise KeyError("x")
+
+    monkeypatch.setattr(recorder._view, "take", fail)
+    monkeypatch.setattr(recorder._view, "draw", fail)
+    payload = TaskState(state=RUNNING, run="1").SerializeToString()
+    recorder.tap(Heard(topics.TASK_STATE.key, payload, "controller-0", 0, NOW))
+    list(recorder.step(Inbox({}, {}), NOW))
+    recorder.close()
+    assert recorder.door.refused == 2
+    (file,) = runs_of(tmp_path)
+    assert [e.key for e in Recording(file).messages()] == [topics.TASK_STATE.key]
+
+
+def test_longest_name_of_a_scenario_names_a_recording(tmp_path: Path) -> None:
+    scenario = replace(parse(TEXT, tmp_path), name="x" * 100)
+    recorder = build(scenario, "recorder-0", RecorderOptions(tmp_path))
+    list(recorder.step(Inbox({}, {}), NOW))
+    recorder.close()
+    assert recorder.note == ""
+    assert len(list(tmp_path.glob("*.mcap"))) == 1

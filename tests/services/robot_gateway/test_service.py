@@ -60,7 +60,7 @@ def test_scene_with_garbage_is_refused_and_logged(
 ) -> None:
     names = step_with(gateway, Scene(revision=99, obstacles=[obstacle]))
     assert names == {"table", "low", "middle", "high"}
-    assert "scene 99 refused" in caplog.text
+    assert "refused scene/state: " in caplog.text
 
 
 def setpoints(sequence: int, count: int, dt: int = 20_000_000, hold: bool = False) -> Received:
@@ -357,3 +357,14 @@ def test_motion_of_the_table_is_refused(gateway: RobotGatewayService) -> None:
     places_with(gateway, SceneMotion(motions=[table]), 5.0)
     (half_space,) = gateway.cell.follower.constraints.collision.scene.half_spaces
     assert half_space.position == (0.0, 0.0, 0.0)
+
+
+def test_command_that_cannot_be_read_is_refused_and_the_next_one_is_taken(
+    gateway: RobotGatewayService,
+) -> None:
+    unknown = Received(ArmCommand(id="a", action=99), "stranger", 0, START)  # pyright: ignore
+    hold = Received(ArmCommand(id="b", action=ArmCommand.HOLD), "page", 0, START)
+    arrived = {topics.ARM_COMMAND.key: [unknown, hold]}
+    (published,) = gateway.step(Inbox({}, arrived), START)
+    assert gateway.door.refused == 1
+    assert published.message.last_command == "b"

@@ -13,6 +13,7 @@ from lariat.scenario import Shape, load
 from lariat.trajectory import SECOND
 from services.recorder.goals.goal_folder import MAX_GOALS
 from services.recorder.goals.goals import Goals
+from shared.door import Door
 from shared.goal_table import read_entry
 from shared.messages import Goal, GoalList, GoalListRequest, grip
 
@@ -31,7 +32,7 @@ class Recorder:
     """Goals of a folder, asked one thing after the other."""
 
     def __init__(self, folder: Path) -> None:
-        self.goals = Goals(SCENARIO, folder)
+        self.goals = Goals(SCENARIO, folder, Door())
         self.goals.load()
         self.now = SECOND
 

@@ -12,6 +12,7 @@ import pytest
 from lariat.scenario import load
 from lariat.trajectory import SECOND
 from services.recorder.runs.runs import Runs
+from shared.door import Door
 from shared.messages import (
     IDLE,
     REACHED,
@@ -32,7 +33,7 @@ class Recorder:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.runs = Runs(SCENARIO, folder)
+        self.runs = Runs(SCENARIO, folder, Door())
         self.runs.load()
         self.now = START
         self.file = ""
@@ -184,3 +185,11 @@ def test_run_that_another_process_keeps_is_listed(tmp_path: Path) -> None:
         if isinstance(m, RunCurves)
     ]
     assert len(request.time) == 2
+
+
+def test_file_that_nests_without_end_is_left_out(tmp_path: Path) -> None:
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "evil.json").write_text('{"a":' + "[" * 200_000)
+    recorder = Recorder(tmp_path)
+    assert list(recorder.listed().runs) == []
+    assert recorder.run("first", 1.0)

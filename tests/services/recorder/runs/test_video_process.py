@@ -15,6 +15,7 @@ from lariat.trajectory import SECOND
 from services.recorder.runs.run_folder import RunRefused
 from services.recorder.runs.runs import Runs
 from services.recorder.runs.video_process import PUBLISH_PERIOD, VideoProcess
+from shared.door import Door
 from shared.messages import RunListRequest, RunSummary, RunVideo
 
 RECORDING = Path(__file__).parents[3] / "replay" / "three-cylinders.mcap"
@@ -90,7 +91,7 @@ def test_long_run_is_refused_with_the_command_that_makes_its_video(video: VideoP
 
 
 def test_request_reaches_the_recording_of_its_run(tmp_path: Path) -> None:
-    runs = Runs(load("three-cylinders"), tmp_path)
+    runs = Runs(load("three-cylinders"), tmp_path, Door())
     shutil.copy(RECORDING, tmp_path)
     (tmp_path / "runs").mkdir()
     (tmp_path / "runs" / "run-1.json").write_text(

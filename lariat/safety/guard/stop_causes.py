@@ -50,14 +50,14 @@ STOP_CAUSES: dict[str, StopCause] = {
         "the arms stand and are made ready; the writer that the person named",
     ),
     "consent": StopCause(
-        "the sign of life of the person who lets the arms approach the start has ended",
-        "80 ms after the last one",
+        "the person who lets the arms approach the start has released the button",
+        "80 ms after the last sign of life",
         "jerk-limited",
         "after an approach",
         "an approach over the distance that is left",
     ),
     "unfinished_approach": StopCause(
-        "a person has acknowledged a stop that left the arms on their way to the start",
+        "a person has acknowledged a stop on the way to the start",
         "at once",
         "none",
         "after an approach",
@@ -75,16 +75,15 @@ STOP_CAUSES: dict[str, StopCause] = {
     ),
     "silence": StopCause(
         "no fresh setpoints: controller, bus or network dead or stopped",
-        "braking after 50 ms without a fresh chunk, by local receipt; held after 100 ms",
+        "brakes 50 ms after the last chunk's receipt, holds after 100 ms",
         "jerk-limited",
         "after acknowledgement",
         "the next chunk of the same writer",
         "fresh",
     ),
     "new_writer": StopCause(
-        "setpoints of another writer session when the followed one is silent (the controller was "
-        "restarted)",
-        "at its first chunk, 0.5 s after the last one of the former writer",
+        "setpoints of another writer session (the controller was restarted)",
+        "at its first chunk, 0.5 s after the former writer's last one",
         "jerk-limited",
         "after acknowledgement",
         "the new writer's chunk; the old one's are refused",
@@ -95,14 +94,14 @@ STOP_CAUSES: dict[str, StopCause] = {
         "at its first message",
         "jerk-limited",
         "after acknowledgement",
-        "only when the other one has been silent for a second",
+        "once the other one has been silent for a second",
     ),
     "refused": StopCause(
         "a chunk breaks a rule",
-        "when it arrives, before anything follows it",
+        "when it arrives",
         "none",
         "by itself",
-        "the chunk before runs to its resting end; the next good one is followed",
+        "the chunk before runs to its resting end; then the next good one",
     ),
     "boundary": StopCause(
         "the stop after the next step would break a rule (an obstacle appeared, the rope is taut)",
@@ -136,7 +135,7 @@ STOP_CAUSES: dict[str, StopCause] = {
         "step",
     ),
     "measured": StopCause(
-        "measured poses or joints of the arms break a rule that their commands keep",
+        "measured poses or joints break a rule that the commands keep",
         "from their feedback, 8 ms",
         "jerk-limited",
         "after acknowledgement",
@@ -144,7 +143,7 @@ STOP_CAUSES: dict[str, StopCause] = {
     ),
     "pulled": StopCause(
         "the contact force of an arm exceeds its limit: the rope is taut or caught",
-        "from the force in its feedback, its mean over 0.1 s",
+        "from its feedback, mean over 0.1 s",
         "jerk-limited",
         "after acknowledgement",
         "a new chunk; the force may not grow until it is below the limit",
@@ -156,14 +155,14 @@ STOP_CAUSES: dict[str, StopCause] = {
         "from its feedback, 8 ms",
         "by the arm",
         "after acknowledgement",
-        "errors are read and cleared, the arm enabled, its pose read; old motion is never replayed",
+        "errors are cleared, the arm enabled, its pose read; never old motion",
     ),
     "lost_link": StopCause(
         "no feedback of the arm for 100 ms, or a socket closed",
         "100 ms",
         "by the arm",
         "after acknowledgement",
-        "connection with back-off, the whole handshake, the pose; never old motion",
+        "connection, the whole handshake, the pose; never old motion",
         "lost_link",
     ),
     "gateway_dies": StopCause(
@@ -179,12 +178,10 @@ STOP_CAUSES: dict[str, StopCause] = {
 def markdown() -> str:
     """Return the table as it stands in `docs/concepts/safety.md`."""
     head = (
-        "| cause | description | detection | stop | resumes | recovery | rule |\n"
-        "|---|---|---|---|---|---|---|"
+        "| cause | description | detection | stop | resumes | recovery |\n|---|---|---|---|---|---|"
     )
     rows = [
-        f"| `{name}` | {c.description} | {c.detection} | {c.stop} | {c.resumes} | {c.recovery} | "
-        f"{f'`{c.rule}`' if c.rule else ''} |"
+        f"| `{name}` | {c.description} | {c.detection} | {c.stop} | {c.resumes} | {c.recovery} |"
         for name, c in STOP_CAUSES.items()
     ]
     return "\n".join([head, *rows])

@@ -1,18 +1,21 @@
-"""Classes of the guides on own methods and arms, written out as the modules that they name."""
+"""Classes of the guides on own methods and arms, as modules of a folder."""
 
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
-GUIDES = [Path(__file__).parents[1] / f"docs/guide/own-{name}.md" for name in ("methods", "arm")]
-"""The guides."""
+ROOT = Path(__file__).parents[1]
+GUIDE = ROOT / "docs/guide/own-methods.md"
+"""Guide whose Python blocks begin with the names of their files."""
+FILES = [ROOT / f"examples/methods/{name}.py" for name in ("shape_servo", "carried", "lagging_arm")]
+"""Files that the guides link."""
 
 
-def write_examples(folder: Path) -> dict[str, str]:
-    """Write every Python block that begins with the name of its file; return texts by name."""
-    text = "".join(guide.read_text() for guide in GUIDES)
-    blocks = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, re.S)
-    for name, text in blocks:
+def write_examples(folder: Path) -> None:
+    """Write the guide's blocks and the linked files into a folder."""
+    for name, text in re.findall(r"```python\n# (\w+\.py)\n(.*?)```", GUIDE.read_text(), re.S):
         (folder / name).write_text(text)
-    return dict(blocks)
+    for file in FILES:
+        shutil.copy(file, folder)

@@ -39,10 +39,7 @@ def _tables(kind: type, path: str) -> Iterator[str]:
     hints = get_type_hints(kind, include_extras=True)
     notes = field_notes(kind)
     plain = [f for f in fields(kind) if f.name not in INTERNAL_FIELDS]
-    yield f"## {f'`[{path}]`' if path else 'Top level'}\n"
-    if path and kind.__doc__ and not kind.__doc__.startswith(kind.__name__ + "("):
-        yield " ".join(kind.__doc__.split()) + "\n"
-    yield "| key | value | default | meaning |\n|---|---|---|---|"
+    rows: list[str] = []
     nested: list[tuple[type, str]] = []
     for item in plain:
         section = _section(hints[item.name])
@@ -52,8 +49,13 @@ def _tables(kind: type, path: str) -> Iterator[str]:
             nested.append((section, name))
             continue
         cells = (_takes(hints[item.name]), _default(item), notes.get(item.name, ""))
-        yield f"| `{item.name}` | {' | '.join(cells)} |"
-    yield ""
+        rows.append(f"| `{item.name}` | {' | '.join(cells)} |")
+    if rows:
+        yield f"## {f'`[{path}]`' if path else 'Top level'}\n"
+        if path and kind.__doc__ and not kind.__doc__.startswith(kind.__name__ + "("):
+            yield " ".join(kind.__doc__.split()) + "\n"
+        yield "| key | value | default | meaning |\n|---|---|---|---|"
+        yield "\n".join(rows) + "\n"
     documented = {sections.Shape: "start", sections.Obstacle: "obstacles"} if path else {}
     for section, name in nested:
         if section in documented:
@@ -87,9 +89,9 @@ def _takes(hint: Any) -> str:
         if items[-1] is Ellipsis:
             return f"list of {_takes(items[0])}"
         inner = Annotated[items[0], bounds] if bounds else items[0]
-        return f"{len(items)} × {_takes(inner)}"
+        return f"{len(items)}× {_takes(inner)}"
     if bounds:
-        return f"{bounds.low:g} … {bounds.high:g} {bounds.unit}".strip()
+        return f"{bounds.low:g}…{bounds.high:g} {bounds.unit}".strip()
     return {str: "text", bool: "`true`, `false`", int: "whole number", float: "number"}[hint]
 
 

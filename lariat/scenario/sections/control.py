@@ -63,15 +63,13 @@ class Control:
     path_planner: Annotated[str, PATH_PLANNERS] = "whole_path"
     """Planner of whole paths: this project's or an own class."""
     solver: Literal["direct", "xpbd"] = "direct"
-    """Solver of the predicting rod. `xpbd` is the paper's rod with `[control.paper]`, for the
-    methods `network` and `actions`."""
+    """Solver of the predicting rod; `xpbd` is the paper's, for `network` and `actions`."""
     planner: bool = True
     """Whether a planned path guides the controller."""
     planning_time: Annotated[float, Bounds(0.1, 600.0, "s")] = 30.0
     """Processor time of a plan after which no further search for a path is begun."""
     adapt: bool = False
-    """Whether the rope's material is estimated during the run; with `xpbd` by the paper's gradient
-    descent (15) on five parameters."""
+    """Whether the rope's material is estimated during the run; with `xpbd` by eq. (15)."""
     clearance: Annotated[float, Bounds(0.0, 0.2, "m")] = 0.012
     """Desired distance between the rope's surface and each obstacle that is not a support."""
     horizon: Annotated[int, Bounds(1, 100)] = 5
@@ -81,8 +79,7 @@ class Control:
     iterations: Annotated[int, Bounds(1, 50)] = 1
     """Gauss-Newton iterations per horizon, each started from the previous solution."""
     speed_weight: Annotated[float, Bounds(0.0, 100.0, "s^2")] = 0.02
-    """Weight of the squared velocity that `gauss_newton` adds to the path's, relative to the mean
-    squared node distance."""
+    """Weight of the squared velocity beside the path's, relative to squared node distance."""
     acceleration_weight: Annotated[float, Bounds(0.0, 100.0, "s^4")] = 2e-4
     """Weight of the squared rate of change of that velocity."""
     paper: PaperControl = PaperControl()

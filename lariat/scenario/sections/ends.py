@@ -34,8 +34,7 @@ class End:
     firmware: Literal["v3", "v4"] = "v3"
     """Firmware of the emulated arm; that of a real arm is detected."""
     grip_length: Annotated[float, Bounds(0.0, 0.5, "m")] = 0.0
-    """Length of the rope that lies in the gripper's pads and cannot move; the grip is the point
-    where the rope leaves them."""
+    """Length of the rope in the gripper's pads; the grip is where the rope leaves them."""
     base_position: Position = (0.0, 0.0, 0.0)
     """Position of the arm's base, the root of its URDF, in the world."""
     base_orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)

@@ -28,14 +28,12 @@ class GoalTerms:
     """Terms of a goal: what of it counts, beside nodes and grips."""
 
     part: Annotated[tuple[float, float], Bounds(0.0, 20.0, "m")] | None = None
-    """Distances from the left grip, along the rope, of the part that counts; the rest of the rope
-    is free. `nodes` then describes the shape of this part, or of a whole rope of which this part
-    is taken, and `line` the grips of a rope at rest whose part has the shape. By default the whole
-    rope counts."""
+    """Ends of the part that counts, along the rope from the left grip; the rest is free. `nodes`
+    then gives the part or a whole rope, `line` the grips of a rope at rest that has it."""
     ends_only: bool = False
-    """Whether the poses of both ends in `line` are the whole goal; the rope's shape is free."""
+    """Whether the ends' poses in `line` are the whole goal; the shape is free."""
     turns: Annotated[float, Bounds(-10.0, 10.0)] = 0.0
-    """Twist of the right end relative to the left one about the rope's axis, in whole turns."""
+    """Twist of the right end relative to the left one, in whole turns."""
 
     def __post_init__(self) -> None:
         if self.ends_only and self.part is not None:
@@ -61,9 +59,9 @@ class Shape(GoalTerms):
     """Shape of the rope, given by two grips with the rope at rest between them, or by its nodes."""
 
     line: tuple[Position, Position] | None = None
-    """Positions of the left and the right grip; the rope hangs at rest between them."""
+    """Positions of the left and the right grip; the rope rests between them."""
     nodes: str = ""
-    """CSV file in the scenario's folder: x, y, z [m] in each row, left end first."""
+    """CSV file in the scenario's folder: rows x, y, z [m], left end first."""
     left_orientation: Quaternion | None = None
     """Orientation of the left grip; by default it points along the rope."""
     right_orientation: Quaternion | None = None

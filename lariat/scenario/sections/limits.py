@@ -23,7 +23,9 @@ class Limits(MotionLimits):
     angular_acceleration: Annotated[float, Bounds(0.1, 60.0, "rad/s^2")] = 6.0
     angular_jerk: Annotated[float, Bounds(1.0, 3000.0, "rad/s^3")] = 120.0
     joint_speed: Annotated[float, Bounds(0.01, 3.2, "rad/s")] = 1.6
+    """Speed of every joint."""
     joint_acceleration: Annotated[float, Bounds(0.1, 30.0, "rad/s^2")] = 5.2
+    """Acceleration of every joint."""
     workspace: tuple[Position, Position] = ((-0.8, -0.8, 0.01), (0.8, 0.8, 1.2))
     """Lowest and highest corner of the box in which the grips stay."""
     keep_out: Annotated[float, Bounds(0.0, 0.5, "m")] = 0.005

@@ -43,8 +43,7 @@ class Plant:
     """Simulation that stands for the real cell."""
 
     model: Literal["rod", "mujoco", "links"] = "rod"
-    """Simulator of the rope: this project's rod, MuJoCo's elastic rod (a flex), or a chain of rigid
-    links with springs in its joints, in MuJoCo; the last runs slower than real time."""
+    """Simulator: Lariat's rod, MuJoCo's flex, or rigid links in MuJoCo, slower than real time."""
     rope: PlantRope = PlantRope()
     grips: TrueGrips = TrueGrips()
     slip: Slip = Slip()

@@ -32,8 +32,7 @@ class Rope:
     internal_damping: Annotated[float, Bounds(0.0, 1.0, "s")] = 0.0
     """Viscous moment per rate of curvature, divided by EI (Kelvin-Voigt); likewise in twist."""
     drag_coefficient: Annotated[float, Bounds(0.0, 100.0)] = 0.0
-    """Drag coefficient of air that flows across the rope, about 1.1 for a smooth one; 0 leaves it
-    out."""
+    """Drag coefficient of air across the rope, about 1.1 for a smooth one."""
 
     def __post_init__(self) -> None:
         if self.diameter > 0.25 * self.length:
@@ -50,8 +49,7 @@ class PlantRope:
     length: Annotated[float, Bounds(0.02, 20.0, "m")] | None = None
     diameter: Annotated[float, Bounds(5e-4, 0.1, "m")] | None = None
     node_count: Annotated[int, Bounds(5, 1200)] | None = None
-    """Number of nodes of the simulated rope; by default every edge of `[rope]` is three edges of
-    it."""
+    """Number of nodes; by default every edge of `[rope]` is three edges."""
     linear_density: Annotated[float, Bounds(1e-4, 20.0, "kg/m")] | None = None
     youngs_modulus: Annotated[float, Bounds(1e3, 3e11, "Pa")] | None = None
     poisson_ratio: Annotated[float, Bounds(-0.5, 0.5)] | None = None

@@ -18,11 +18,9 @@ class Run:
     time_limit: Annotated[float, Bounds(0.1, 3600.0, "s")] = 10.0
     """Duration after which a run ends."""
     tolerance: Annotated[float, Bounds(1e-6, 0.5, "m")] = 0.003
-    """Mean node distance to the goal below which it counts as reached; of the ends alone where
-    these are the whole goal."""
+    """Mean distance of the nodes that count from the goal below which it counts as reached."""
     angle_tolerance: Annotated[float, Bounds(1e-3, 3.2, "rad")] = 0.05
-    """Angle between the rope's ends and those of a goal of the ends alone below which it counts as
-    reached, where the ends rotate."""
+    """Angle of rotating ends from a goal of the ends alone below which it counts as reached."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +30,8 @@ class Recording:
     pre_roll: Annotated[float, Bounds(0.0, 30.0, "s")] = 3.0
     """Time before a run that its file holds."""
     start_up: Annotated[float, Bounds(0.0, 3600.0, "s")] = 30.0
-    """Time after the recorder's start that is recorded whole; a run that begins within it can be
-    replayed from the start of every process."""
+    """Time after the recorder's start that is recorded whole; a run that begins within it is
+    replayed exactly."""
     longest_file: Annotated[float, Bounds(1.0, 86400.0, "s")] = 3600.0
     """Time after which the next file begins."""
     largest_file: Annotated[float, Bounds(0.001, 1000.0, "GB")] = 1.0

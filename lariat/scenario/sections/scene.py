@@ -36,10 +36,9 @@ class Region:
     orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
     """Orientation in the world."""
     radius: Annotated[float, Bounds(1e-3, 20.0, "m")] | None = None
-    """Radius of a cylinder, capsule or sphere; of a cone, that of its base."""
+    """Radius of a cylinder, capsule, sphere or a cone's base."""
     height: Annotated[float, Bounds(1e-3, 20.0, "m")] | None = None
-    """Height of a cylinder; of a capsule, the distance between the centres of its caps; of a cone,
-    from the base to the apex above it."""
+    """Height of a cylinder or cone (apex above); of a capsule, between the centres of its caps."""
     size: Annotated[Vector, Bounds(1e-3, 20.0, "m")] | None = None
     """Edge lengths of a box along x, y, z."""
     name: str = ""
@@ -68,10 +67,9 @@ class Obstacle:
     orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
     """Orientation in the world."""
     radius: Annotated[float, Bounds(1e-4, 10.0, "m")] | None = None
-    """Radius of a cylinder, capsule or sphere; of a cone, that of its base."""
+    """Radius of a cylinder, capsule, sphere or a cone's base."""
     height: Annotated[float, Bounds(1e-4, 10.0, "m")] | None = None
-    """Height of a cylinder; of a capsule, the distance between the centres of its caps; of a cone,
-    from the base to the apex above it."""
+    """Height of a cylinder or cone (apex above); of a capsule, between the centres of its caps."""
     size: Annotated[Vector, Bounds(1e-4, 20.0, "m")] | None = None
     """Edge lengths of a box along x, y, z."""
     normal: Vector = (0.0, 0.0, 1.0)

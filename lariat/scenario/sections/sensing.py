@@ -29,8 +29,8 @@ class FlangeMarker:
     position: Annotated[Vector, Bounds(-1.0, 1.0, "m")] = (0.0, 0.03, 0.04)
     """Position of its centre in the grip's frame."""
     orientation: Quaternion = (0.5, -0.5, -0.5, -0.5)
-    """Orientation of its frame (x right, y up, z out of its face) in the grip's frame; by default
-    it faces along the grip's y, which is up if the grip is level."""
+    """Orientation of its frame (x right, y up, z out of its face) in the grip's frame; by
+    default it faces along the grip's y."""
 
     def at(self, grip: Pose) -> Pose:
         """Return the marker's pose in the world for a pose of its grip."""
@@ -67,8 +67,8 @@ class Sensing:
     look_at: Position = (0.0, 0.0, 0.15)
     """Point at which the camera looks."""
     orientation: Quaternion | None = None
-    """Orientation of the optical frame (x right, y down, z forward) in the world, as found by
-    `lariat calibrate`; it replaces `look_at`."""
+    """Orientation of the optical frame (x right, y down, z forward), by `lariat calibrate`; it
+    replaces `look_at`."""
     flange_marker: FlangeMarker | None = None
     rate: Annotated[float, Bounds(1.0, 120.0, "Hz")] = 30.0
     """Frame rate."""

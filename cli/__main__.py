@@ -128,7 +128,7 @@ def _call(target: str, prog: str, arguments: Sequence[str]) -> int:
 
 def _report(error: Exception) -> int:
     """Report an error that a person can cure, and return the exit code; raise any other."""
-    from lariat.configuration import ConfigurationError
+    from lariat.configuration import ConfigurationError, reason_of
     from shared.bus import BusError, Unreachable
     from stack.client import RequestFailed
 
@@ -137,6 +137,9 @@ def _report(error: Exception) -> int:
         return FAILURE
     if isinstance(error, ConfigurationError | BusError):
         return _refuse(str(error))
+    # What a file or a disk of others causes; readers say of which file.
+    if isinstance(error, OSError | MemoryError | RecursionError):
+        return _refuse(reason_of(error))
     raise error
 
 

@@ -22,7 +22,7 @@ from rich.progress import track
 from rich.table import Table
 
 from cli.extrinsics import Extrinsics, MarkerView, estimate_extrinsics
-from lariat.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError, refusing
 from lariat.geometry import poses
 from lariat.geometry.cameras import Intrinsics
 from lariat.geometry.poses import Pose
@@ -68,11 +68,9 @@ def main(file: tyro.conf.Positional[Path], /, camera: str = "", json: bool = Fal
         json: Print one JSON object on standard output instead of a table.
     """
     with tempfile.TemporaryDirectory() as folder:
-        try:
+        with refusing(f"cannot calibrate by {file}"):
             recording = Recording.open(file)
             scenario = recording.scenario(Path(folder))
-        except ValueError as error:
-            raise ConfigurationError(str(error)) from error
         setup = _camera(scenario, camera)
         found = read_views(recording, scenario, setup.name)
         result = estimate_extrinsics(found.views, found.intrinsics, setup.T_world_camera)
@@ -128,13 +126,12 @@ def read_views(recording: Recording, scenario: Scenario, camera: str) -> Calibra
     calibration_key = topics.CAMERA_CALIBRATION.at(camera).key
     views: list[MarkerView] = []
     console = Console(stderr=True)
-    for entry in track(
-        recording.messages((color_key, calibration_key)),
+    for entry, message in track(
+        recording.decoded((color_key, calibration_key)),
         "Detecting markers",
         console=console,
         transient=True,
     ):
-        message = entry.parse()
         if entry.key == calibration_key:
             intrinsics = _intrinsics(message)
             continue
@@ -171,8 +168,7 @@ def _grip_track(recording: Recording, side: str) -> tuple[list[int], list[Pose],
     stamps: list[int] = []
     grips: list[Pose] = []
     speeds: list[float] = []
-    for entry in recording.messages((topics.ARM_STATE.key,)):
-        states = entry.parse()
+    for _, states in recording.decoded((topics.ARM_STATE.key,)):
         if poses_known(states):
             stamps.append(states.stamp)
             grips.append(arm_pose(states, side))

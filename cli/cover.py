@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import tyro
 
-from lariat.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError, refusing
 from lariat.files import depth_file
 from lariat.files.mesh_file import read_mesh
 from lariat.geometry import poses
@@ -131,19 +131,15 @@ def main(
 
 
 def _mesh_cover(file: Path, scale: float, most: int, tolerance: float) -> MeshCover:
-    try:
+    with refusing(f"cannot read mesh {file}"):
         triangles = scale * read_mesh(file)
-    except (OSError, ValueError) as error:
-        raise ConfigurationError(f"cannot read mesh {file}: {error}") from error
     extent = float(np.max(np.ptp(triangles.reshape(-1, 3), axis=0)))
     if extent > MAX_SIZE:
         raise ConfigurationError(
             f"{file} is {extent:.4g} m large; a file in millimetres takes --scale 0.001"
         )
-    try:
+    with refusing(file):
         return cover_mesh(triangles, most, 1e-3 * tolerance)
-    except ValueError as error:
-        raise ConfigurationError(f"{file}: {error}") from error
 
 
 def _looking(position: tuple[float, float, float], target: tuple[float, float, float]) -> Pose:
@@ -180,12 +176,10 @@ def _solid(
             f"--depth-range {extent.near:g} {extent.far:g}: give two depths within 0 to "
             f"{MAX_SIZE:g} m, the nearer one first"
         )
-    try:
+    with refusing(f"cannot use depth image {file}"):
         depth = depth_file.read_depth(file, scale)
         camera = Camera(pinhole(depth.shape[1], depth.shape[0]), place)
         return DepthSolid(depth, camera, extent)
-    except (OSError, ValueError) as error:
-        raise ConfigurationError(f"cannot use depth image {file}: {error}") from error
 
 
 def placed(body: Obstacle, place: Pose, name: str, support: bool) -> Obstacle:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import tyro
 
-from lariat.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError, refusing
 from shared.recording import Recording, copy_readable
 
 
@@ -38,7 +38,7 @@ def repair(path: Path) -> Repair:
     Raises:
         ConfigurationError: There is no such recording, or the repaired one cannot be written.
     """
-    try:
+    with refusing(f"cannot repair {path}"):
         recording = Recording(path)
         count = sum(1 for _ in recording.messages())
         if not recording.damage:
@@ -50,10 +50,6 @@ def repair(path: Path) -> Repair:
         count, damage = copy_readable(path, whole)
         os.rename(path, kept)
         os.rename(whole, path)
-    except ConfigurationError:
-        raise
-    except (OSError, ValueError) as error:
-        raise ConfigurationError(f"cannot repair {path}: {error}") from error
     return Repair(str(path), damage, str(kept), count)
 
 

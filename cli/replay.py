@@ -18,7 +18,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from cli.run import run_scenario, score_table
-from lariat.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError, refusing
 from lariat.scenario import Scenario
 from lariat.scenario.extensions import require_allowed
 from lariat.suggestion import did_you_mean
@@ -95,14 +95,12 @@ def main(
     """
     console = Console(stderr=True, highlight=False)
     with tempfile.TemporaryDirectory() as folder:
-        try:
+        with refusing(f"cannot replay {file}"):
             recording = Recording.open(file)
             scenario = recording.scenario(Path(folder))
             if measures:
                 _report_measures(recorded_measures(recording, scenario), json)
                 return 0
-        except ValueError as error:
-            raise ConfigurationError(str(error)) from error
         require_allowed(scenario, allow)
         if from_ is not None:
             return run_scenario(scenario_at(recording, Path(folder), from_), None, json)

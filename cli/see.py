@@ -12,7 +12,7 @@ import numpy as np
 import tyro
 from jaxtyping import Float64, UInt8, UInt16
 
-from lariat.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError, refusing
 from lariat.files.bounded_file import read_file
 from lariat.files.image_header import check_image
 from lariat.geometry import poses
@@ -35,6 +35,8 @@ MAX_PICTURE_PIXEL_COUNT = 2**27
 """Largest number of pixels of a picture; it takes 0.4 GB."""
 MAX_PICTURE_FILE_SIZE = 2**28
 """Largest picture file [bytes]."""
+MAX_INTRINSICS_SIZE = 2**16
+"""Largest file of a camera's intrinsics [bytes]."""
 WHITE_PERCENTILE = 99.5
 """Percentile of an image of more than eight bits that becomes white [%]."""
 SUBPIXEL_BITS = 4
@@ -213,13 +215,9 @@ def _read_depth(path: Path) -> UInt16[np.ndarray, "h w"]:
 
 def _read_intrinsics(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> Intrinsics:
     height, width = picture.shape[:2]
-    try:
-        known = jsons.loads(path.read_text())
+    with refusing(f"{path}: give a JSON object with fx, fy, cx and cy in pixels"):
+        known = jsons.loads(read_file(path, MAX_INTRINSICS_SIZE))
         return Intrinsics(width, height, *(float(known[k]) for k in ("fx", "fy", "cx", "cy")))
-    except (OSError, KeyError, TypeError, ValueError) as error:
-        raise ConfigurationError(
-            f"{path}: {error!r}; give a JSON object with fx, fy, cx and cy in pixels"
-        ) from error
 
 
 def _draw(

@@ -18,7 +18,7 @@ from dashboard.recordings.player import Player
 from dashboard.recordings.timeline import RecordedMessage, Timeline, thin_topic
 from dashboard.subscriptions import reads
 from dashboard.web.site import Site
-from lariat.configuration import ConfigurationError
+from lariat.configuration import refusing
 from lariat.trajectory import SECOND
 from shared import topics
 from shared.recording import Recording
@@ -49,10 +49,8 @@ def main(
     """
     recording, timeline = open_timeline(file)
     with tempfile.TemporaryDirectory() as folder:
-        try:
+        with refusing(f"cannot show {file}"):
             scenario = recording.scenario(Path(folder))
-        except ValueError as error:
-            raise ConfigurationError(str(error)) from error
         site = Site(page, f"Lariat · {file.name}")
         shown = Page(site.viser, scenario, Outbox("show"), live=False)
         player = Player(site.viser, shown, timeline)
@@ -79,7 +77,7 @@ def open_timeline(file: Path) -> tuple[Recording, Timeline]:
     Raises:
         ConfigurationError: The file cannot be read or holds nothing to show.
     """
-    try:
+    with refusing(f"cannot show {file}"):
         recording = Recording.open(file)
         with tempfile.TemporaryDirectory() as folder:
             read = reads(recording.scenario(Path(folder)))
@@ -87,8 +85,6 @@ def open_timeline(file: Path) -> tuple[Recording, Timeline]:
         for key in (topic.key for topic in read if topics.CAMERA_COLOR.matches(topic.key)):
             moments = thin_topic(moments, key, PICTURE_PERIOD)
         return recording, Timeline(moments, read)
-    except ValueError as error:
-        raise ConfigurationError(f"cannot show {file}: {error}") from error
 
 
 def _moments(recording: Recording, read: Iterable[Topic]) -> Iterator[RecordedMessage]:

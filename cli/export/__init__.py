@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
 
 from cli.export import foxglove_layout, rerun_file, ros2_bag, tables
-from lariat.configuration import ConfigurationError
+from lariat.configuration import ConfigurationError, refusing
 from shared.recording import Recording
 
 Format = Literal["csv", "parquet", "ros2", "rerun", "foxglove-layout", "lerobot", "video", "gif"]
@@ -66,18 +67,21 @@ def main(
     path = output or _beside(next(iter(files)), to)
     if path.exists():
         raise ConfigurationError(f"{path} exists; name another --output or remove it")
-    try:
-        print(write(tuple(map(Recording.open, files)), to, path))
-    except ValueError as error:
-        names = ", ".join(map(str, files))
-        raise ConfigurationError(f"cannot export {names}: {error}") from error
-    except ModuleNotFoundError as error:
-        raise ConfigurationError(
-            f"--to {to} needs {error.name}, which is not installed; run in the clone: "
-            "pip install -e '.[viewers]'"
-        ) from error
-    except OSError as error:
-        raise ConfigurationError(f"cannot write {path}: {error}") from error
+    with refusing(f"cannot export {', '.join(map(str, files))}"):
+        recordings = tuple(map(Recording.open, files))
+        try:
+            print(write(recordings, to, path))
+        except ModuleNotFoundError as error:
+            raise ConfigurationError(
+                f"--to {to} needs {error.name}, which is not installed; run in the clone: "
+                "pip install -e '.[viewers]'"
+            ) from error
+    for recording in recordings:
+        if count := recording.door.refused:
+            print(
+                f"lariat: {count} messages of {recording.path} that cannot be read are left out",
+                file=sys.stderr,
+            )
     return 0
 
 

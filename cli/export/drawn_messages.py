@@ -50,18 +50,15 @@ def drawn_messages(recording: Recording) -> Iterator[DrawnMessage]:
     with tempfile.TemporaryDirectory() as folder:
         view = None if has_drawing else CellView(recording.scenario(Path(folder)))
         drawn = -DRAWING_PERIOD
-        for entry in recording.messages():
+        for entry, message in recording.decoded():
             if not has_drawing and any(topic.matches(entry.key) for topic in _DRAWINGS):
                 continue
-            try:
-                message = entry.parse()
-            except KeyError:
-                continue  # A topic of another version.
             yield DrawnMessage(entry.key, message, entry.log_time, entry.publish_time)
             if view is None:
                 continue
-            view.take(entry.key, entry.payload)
-            if entry.log_time - drawn >= DRAWING_PERIOD:
-                drawn = entry.log_time
-                for topic, drawing in view.draw(drawn):
-                    yield DrawnMessage(topic.key, drawing, drawn, drawn)
+            with recording.door.guard(f"the drawing of {entry.key} in {recording.path}"):
+                view.take(entry.key, entry.payload)
+                if entry.log_time - drawn >= DRAWING_PERIOD:
+                    drawn = entry.log_time
+                    for topic, drawing in view.draw(drawn):
+                        yield DrawnMessage(topic.key, drawing, drawn, drawn)

@@ -73,6 +73,7 @@ def write(recording: Recording, folder: Path) -> str:
         for drawn in drawn_messages(recording):
             if not count:
                 put("/robot_description", robot_description(urdf), drawn.log_time)
-            for topic, message in converted(drawn.key, drawn.message, markers):
-                put(topic, message, drawn.log_time)
+            with recording.door.guard(f"{drawn.key} in {recording.path}"):
+                for topic, message in converted(drawn.key, drawn.message, markers):
+                    put(topic, message, drawn.log_time)
     return f"{folder}: {count} messages on {len(connections)} topics"

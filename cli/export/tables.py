@@ -74,8 +74,9 @@ def tables(recording: Recording) -> dict[str, list[Row]]:
             "publish_time": entry.publish_time,
             "time": (entry.log_time - start) / SECOND,
         }
-        row.update(_values(entry.parse(), ""))
-        found.setdefault(entry.key, []).append(row)
+        with recording.door.guard(f"{entry.key} in {recording.path}"):
+            row.update(_values(entry.parse(), ""))
+            found.setdefault(entry.key, []).append(row)
     return found
 
 
@@ -100,7 +101,8 @@ def _values(message: Message, prefix: str) -> Iterator[tuple[str, Any]]:
         elif field.type == MESSAGE:
             yield from _values(value, f"{name}.")
         elif field.enum_type is not None:
-            yield name, field.enum_type.values_by_number[value].name
+            known = field.enum_type.values_by_number.get(value)
+            yield name, known.name if known else str(value)
         else:
             yield name, value
 

@@ -8,6 +8,7 @@ import os
 import socket
 import sys
 import tempfile
+import time
 import webbrowser
 from contextlib import redirect_stdout
 from multiprocessing.context import ForkProcess
@@ -18,13 +19,13 @@ from cli.up.options import UpOptions
 from dashboard.web.secret_files import load_token
 from lariat.configuration import ConfigurationError
 from lariat.files.temporary_folder import TemporaryFolder
-from lariat.scenario import Side, find, load
+from lariat.scenario import Scenario, Side, find, load
 from lariat.scenario.plausibility import doubts
 from services.recorder.options import RecorderOptions
 from shared import bus as buses
 from shared.bus import BusOptions
 from stack import dependencies, services
-from stack.credentials.local_secret import local_secret
+from stack.credentials.local_secret import local_secret, port_lock
 from stack.launcher import module_entry
 from stack.launcher.console import ConsoleHandler, ProcessConsole
 from stack.launcher.fork_server import ForkServer
@@ -57,9 +58,19 @@ def run(options: UpOptions, fork_server: ForkServer) -> int:
 
     Returns:
         The exit code.
+
+    Raises:
+        ConfigurationError: The scenario is not valid, or a port is taken.
     """
     scenario = find(options.scenario)
     cell = load(scenario)
+    page = f", page on port {options.dashboard_port}" if options.dashboard else ""
+    with port_lock(options.port, f"{cell.name} since {time.strftime('%H:%M:%S')}{page}"):
+        return _run(options, fork_server, scenario, cell)
+
+
+def _run(options: UpOptions, fork_server: ForkServer, scenario: Path, cell: Scenario) -> int:
+    """Start the whole stack of a scenario on a port that is its own."""
     # The page's libraries take the longest: it begins before those that then need the processor.
     parts = [*["dashboard"] * options.dashboard, *services.NAMES, *["recorder"] * options.record]
     dependencies.check(cell, parts)

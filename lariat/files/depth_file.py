@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import io
-import math
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.files.array_file import read_array
 from lariat.files.bounded_file import read_file
 from lariat.files.image_header import MAX_PIXEL_COUNT, PNG_SIGNATURE, check_image
 
@@ -55,28 +55,15 @@ def _png(content: bytes) -> np.ndarray:
 
 
 def _array(content: bytes) -> np.ndarray:
-    file = io.BytesIO(content)
     try:
-        shape = _claimed_shape(file)
-        # NumPy takes the room that a header claims before it finds out that the file is shorter.
-        holds = len(shape) == 2 and 1 <= math.prod(shape) <= MAX_PIXEL_COUNT
-        image = np.load(file, allow_pickle=False) if holds else None
+        image = read_array(io.BytesIO(content), MAX_DEPTH_SIZE)
     except (ValueError, EOFError) as error:
         raise ValueError(f"is damaged, or no array: {error}") from error
-    if image is None:
+    if image.ndim != 2 or not 1 <= image.size <= MAX_PIXEL_COUNT:
         raise ValueError(
-            f"has shape {shape}; a depth image has rows and columns, and at most "
+            f"has shape {image.shape}; a depth image has rows and columns, and at most "
             f"{MAX_PIXEL_COUNT} pixels"
         )
     if image.dtype.kind not in "fui":
         raise ValueError("holds no array of numbers")
     return image
-
-
-def _claimed_shape(file: io.BytesIO) -> tuple[int, ...]:
-    """Return the shape that the header of an NPY file claims; the file is at its begin again."""
-    major, _ = np.lib.format.read_magic(file)
-    headers = np.lib.format.read_array_header_1_0, np.lib.format.read_array_header_2_0
-    shape, _, _ = headers[major > 1](file)
-    file.seek(0)
-    return shape

@@ -31,6 +31,9 @@ FULLY_TRIED_CUTS = 3
 """Number of planes with the smallest boxes for which bodies are fitted and measured."""
 TRIED_TRIANGLES = 400
 """Largest number of triangles by which the planes of a part are compared."""
+MAX_COMPARED = 3_000_000
+"""Number of distances of points from triangles, for each body, after which the mesh is not divided
+further; one of 40,000 triangles takes half of it."""
 FACE_POINTS = 5
 """Points along an edge of a face at which the distance of a body from the mesh is measured."""
 
@@ -67,13 +70,13 @@ def cover_mesh(triangles: Triangles, max_bodies: int, tolerance: float) -> MeshC
         tolerance: Overreach below which a body is not divided further [m].
 
     Raises:
-        ValueError: The mesh has no triangle with an area.
+        ValueError: The mesh has no triangle with an area, or large ones that cross each other.
     """
     distance = MeshDistance(triangles)
     best = [_part(distance.triangles, np.eye(3), distance)]
     for cut in (_cut_in_the_middle, _cut_that_saves_most):
         parts = best[:1] if len(best) == 1 else [_part(distance.triangles, np.eye(3), distance)]
-        while len(parts) < max_bodies:
+        while len(parts) < max_bodies and distance.compared < MAX_COMPARED * max_bodies:
             worst = max(parts, key=lambda part: part.overreach)
             halves = cut(worst, distance) if worst.overreach > tolerance else ()
             if not halves:

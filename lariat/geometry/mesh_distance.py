@@ -7,6 +7,9 @@ from jaxtyping import Float64
 
 MAX_PAIRS = 2_000_000
 """Number of points times triangles that are compared at once."""
+MAX_NEAR = 20_000
+"""Largest number of triangles that may be the nearest to a point, on average over some points; of
+the surface of a body it is some hundreds, of triangles that cross each other all."""
 SAME_DISTANCE = 1e-9
 """Difference of two distances below which both triangles are the nearest [m]."""
 ROUNDING = 1e-6
@@ -40,12 +43,17 @@ class MeshDistance:
         self._centres = self.triangles.mean(axis=1)
         away = np.linalg.norm(self.triangles - self._centres[:, None], axis=2)
         self._radii = away.max(axis=1)
+        self.compared = 0
+        """Number of exact distances of a point from a triangle so far."""
 
     def outside(self, points: Float64[np.ndarray, "p 3"]) -> Float64[np.ndarray, "p"]:
         """Return the distance of points from the mesh [m]; zero inside a closed one.
 
         Args:
             points: Points in the frame of the mesh [m].
+
+        Raises:
+            ValueError: The triangles are no surface of a body, and distances would take minutes.
         """
         size = max(MAX_PAIRS // len(self.triangles), 1)
         parts = [points[k : k + size] for k in range(0, len(points), size)]
@@ -59,6 +67,12 @@ class MeshDistance:
         bound = np.linalg.norm(points - first, axis=1) + SAME_DISTANCE
         near = to_centres - self._radii <= bound[:, None] + ROUNDING
         of, which = np.nonzero(near)
+        self.compared += len(of)
+        if len(of) > MAX_NEAR * len(points):
+            raise ValueError(
+                f"more than {MAX_NEAR} of {len(self.triangles)} triangles may be the nearest to a "
+                "place: they are large and cross each other; give the surface of a body"
+            )
         away = points[of] - nearest_points(points[of], self.triangles[which])
         distance = np.linalg.norm(away, axis=1)
         starts = np.searchsorted(of, np.arange(len(points)))

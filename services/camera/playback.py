@@ -65,8 +65,7 @@ class Playback:
         waiting: dict[int, dict[str, Any]] = {}
         calibration = None
         uncalibrated: list[tuple[int, dict[str, Any]]] = []
-        for entry in self._recording.messages(self._keys):
-            message = entry.parse()
+        for entry, message in self._recording.decoded(self._keys):
             if entry.key == calibration_key:
                 calibration = message
             else:

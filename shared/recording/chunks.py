@@ -20,6 +20,9 @@ from zstandard import ZstdDecompressor
 MAX_RECORD_SIZE = 2**27
 """Size of a record, compressed or not, above which it counts as damage [bytes]; a chunk holds at
 most one image beyond `CHUNK_SIZE`."""
+MAX_RECORD_COUNT = 200_000
+"""Number of records of a chunk above which it counts as damage; one of `CHUNK_SIZE` has below
+10,000, and a chunk of compressed zeros millions."""
 _RECORD = struct.Struct("<BQ")
 """Begin of a record: its opcode, and the length of what follows [bytes]."""
 _MESSAGE = struct.Struct("<HIQQ")
@@ -47,9 +50,12 @@ def records_of(chunk: mcap_records.Chunk) -> list[mcap_records.McapRecord]:
     if chunk.uncompressed_crc and zlib.crc32(content) != chunk.uncompressed_crc:
         raise ValueError("its checksum differs")
     found: list[mcap_records.McapRecord] = []
-    position = 0
+    position = count = 0
     while position < len(content):
         opcode, length = _RECORD.unpack_from(content, position)
+        count += 1
+        if not opcode or count > MAX_RECORD_COUNT:
+            raise ValueError("a record has no kind" if not opcode else f"it has {count} records")
         begin = position + _RECORD.size
         position = begin + length
         if position > len(content):

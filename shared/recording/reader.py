@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import os
-import struct
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
+from google.protobuf.message import DecodeError
 from mcap import records as mcap_records
-from mcap.exceptions import McapError
-from zstandard import ZstdError
 
+from lariat.configuration import ConfigurationError, reason_of
 from lariat.files.bounded_file import path_inside
 from lariat.files.file_kind import kind_of
 from lariat.scenario import Scenario, parse
 from lariat.suggestion import did_you_mean_file
 from shared import topics
+from shared.door import Door
 from shared.recording.chunks import MAX_RECORD_SIZE, PlainReader, records_of
 from shared.recording.layout import METADATA_NAME, PROTOBUF, SCENARIO_ATTACHMENT
 from shared.topics import Topic
@@ -27,17 +27,6 @@ MAX_FILES_SIZE = 2**26
 """Largest size of the scenario and its CSV files in a recording together [bytes]."""
 READABLE_VERSIONS = {"recording_version": RECORDING_VERSION, "message_version": MESSAGE_VERSION}
 """Newest versions that can be read, by their key in the metadata; an older file may lack a key."""
-DAMAGE_ERRORS = (
-    McapError,
-    ZstdError,
-    struct.error,
-    ValueError,
-    EOFError,
-    RuntimeError,
-    MemoryError,
-    OverflowError,
-)
-"""Errors that the libraries raise when they read a cut or overwritten file."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +64,12 @@ class Entry:
 
         Raises:
             KeyError: This version of Lariat has no such topic.
+            ConfigurationError: The bytes are none.
         """
-        return self.topic.type.FromString(self.payload)
+        try:
+            return self.topic.type.FromString(self.payload)
+        except DecodeError as error:
+            raise ConfigurationError(f"a message of {self.key} does not decode: {error}") from error
 
 
 @dataclass
@@ -89,6 +82,8 @@ class Recording:
     """Name of the scenario, versions, commit, and what the writer added."""
     files: dict[str, bytes] = field(default_factory=dict)
     """Scenario's TOML and CSV files by name."""
+    door: Door = field(default_factory=Door)
+    """Refuses messages that cannot be read."""
     damage: str = ""
     """Damage of the file, known after all messages were read; empty if it is whole."""
 
@@ -97,7 +92,7 @@ class Recording:
         """Open a recording and read its metadata and files.
 
         Raises:
-            ValueError: The file cannot be read, is not MCAP, or has a newer version.
+            ConfigurationError: The file cannot be read, is not MCAP, or has a newer version.
         """
         recording = cls(Path(path))
         for record in recording.records():
@@ -107,7 +102,7 @@ class Recording:
             elif isinstance(record, mcap_records.Attachment):
                 recording.files[record.name] = record.data
                 if sum(map(len, recording.files.values())) > MAX_FILES_SIZE:
-                    raise ValueError(
+                    raise ConfigurationError(
                         f"{path} holds files of more than {MAX_FILES_SIZE / 2**20:g} MiB; a "
                         "scenario needs less"
                     )
@@ -119,7 +114,7 @@ class Recording:
         for key, known in READABLE_VERSIONS.items():
             text = self.metadata.get(key, "0")
             if not text.isdecimal() or int(text) > known:
-                raise ValueError(
+                raise ConfigurationError(
                     f"{self.path} has {key.replace('_', ' ')} {text}, this Lariat reads versions "
                     f"up to {known}; update Lariat"
                 )
@@ -131,7 +126,7 @@ class Recording:
             keys: Concrete keys of the topics to read; by default all.
 
         Raises:
-            ValueError: The file cannot be read or is not MCAP.
+            ConfigurationError: The file cannot be read or is not MCAP.
         """
         wanted = None if keys is None else set(keys)
         version = 0
@@ -164,21 +159,42 @@ class Recording:
                         record.publish_time,
                     )
 
+    def decoded(self, keys: Iterable[str] | None = None) -> Iterator[tuple[Entry, Any]]:
+        """Yield the messages of known topics with their content; those without are left out.
+
+        Args:
+            keys: Concrete keys of the topics to read; by default all.
+
+        Raises:
+            ConfigurationError: The file cannot be read or is not MCAP.
+        """
+        for entry in self.messages(keys):
+            try:
+                _ = entry.topic
+            except KeyError:
+                continue  # A topic of another version.
+            with self.door.guard(f"{entry.key} in {self.path}"):
+                yield entry, entry.parse()
+
     def scenario(self, folder: Path) -> Scenario:
         """Return the recorded scenario.
 
         Raises:
-            ValueError: There is no scenario, or this version does not accept it.
+            ConfigurationError: There is no scenario, or this version does not accept it.
         """
         if SCENARIO_ATTACHMENT not in self.files:
-            raise ValueError(f"{self.path} holds no scenario; it was not recorded by Lariat")
+            raise ConfigurationError(
+                f"{self.path} holds no scenario; it was not recorded by Lariat"
+            )
         for name, content in self.files.items():
             try:
                 path = path_inside(folder, name)
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(content)
             except (OSError, ValueError) as error:
-                raise ValueError(f"{self.path} has an unusable file {name!r}: {error}") from error
+                raise ConfigurationError(
+                    f"{self.path} has an unusable file {name!r}: {error}"
+                ) from error
         text = self.files[SCENARIO_ATTACHMENT].decode()
         return parse(text, folder, source=f"the scenario in {self.path}")
 
@@ -188,15 +204,15 @@ class Recording:
         Records in chunks are yielded one by one; damaged chunks are skipped.
 
         Raises:
-            ValueError: The file cannot be read or is not MCAP.
+            ConfigurationError: The file cannot be read or is not MCAP.
         """
         if self.path.exists() and not self.path.is_file():
-            raise ValueError(f"cannot read recording {self.path}: not a regular file")
+            raise ConfigurationError(f"cannot read recording {self.path}: not a regular file")
         try:
             stream = self.path.open("rb")
         except OSError as error:
             hint = did_you_mean_file(self.path) if isinstance(error, FileNotFoundError) else ""
-            raise ValueError(
+            raise ConfigurationError(
                 f"cannot read recording {self.path}: {error.strerror or error}{hint and f';{hint}'}"
             ) from error
         with stream:
@@ -207,9 +223,10 @@ class Recording:
             while True:
                 try:
                     record = next(source, None)
-                except DAMAGE_ERRORS as error:
+                except Exception as error:
+                    # The libraries raise any of a dozen kinds for a cut or overwritten file.
                     if position == 0:
-                        raise ValueError(
+                        raise ConfigurationError(
                             f"{self.path} is {kind_of(self.path)}, not an MCAP file"
                         ) from error
                     self.damage = f"ends after {position} bytes of whole records"
@@ -219,8 +236,9 @@ class Recording:
                 if isinstance(record, mcap_records.Chunk):
                     try:
                         inner = records_of(record)
-                    except DAMAGE_ERRORS as error:
-                        self.damage = f"a chunk before byte {stream.tell()} is damaged: {error}"
+                    except Exception as error:
+                        reason = reason_of(error)
+                        self.damage = f"a chunk before byte {stream.tell()} is damaged: {reason}"
                         inner = []
                     yield from inner
                 else:

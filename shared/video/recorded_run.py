@@ -76,8 +76,7 @@ class RecordedRun:
         )
         self._series: dict[str, tuple[list[float], list[Any]]] = {}
         begin = 0
-        for entry in recording.messages(kept):
-            message = entry.parse()
+        for entry, message in recording.decoded(kept):
             if entry.key == topics.TASK_STATE.key and message.state != IDLE and not begin:
                 begin = message.run_started or message.stamp
             stamps, values = self._series.setdefault(entry.key, ([], []))

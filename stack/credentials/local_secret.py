@@ -9,6 +9,7 @@ end of the stack.
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import json
 import os
 import re
@@ -17,6 +18,7 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TextIO
 
 from lariat.configuration import ConfigurationError
 from stack.credentials.private_file import write_private
@@ -26,6 +28,51 @@ USER = "lariat"
 PASSWORD_BYTES = 32
 """Random bytes of a password."""
 _LOCAL_ENDPOINT = re.compile(r"tcp/(?:127\.0\.0\.1|localhost):(\d+)")
+
+
+@contextmanager
+def port_lock(port: int, about: str) -> Iterator[None]:
+    """Hold the port of a hub for one stack of this user, before anything is written for it.
+
+    The lock ends with the process that holds it, however that ends.
+
+    Args:
+        port: The port.
+        about: What runs there, for whoever finds the port held.
+
+    Raises:
+        ConfigurationError: Another stack holds it, or the folder cannot be written.
+    """
+    with _open_lock(port) as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ConfigurationError(
+                f"a stack of yours runs on port {port} ({file.read() or 'it is starting'}); end it "
+                "with Ctrl-C in its terminal, or choose another --port"
+            ) from None
+        file.truncate(0)
+        file.write(f"process {os.getpid()}: {about}")
+        file.flush()
+        try:
+            yield
+        finally:
+            file.truncate(0)
+
+
+def _open_lock(port: int) -> TextIO:
+    """Open the file whose lock stands for a port.
+
+    Raises:
+        ConfigurationError: The folder cannot be written, or another user can write it.
+    """
+    folder = _folder()
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _check_private(folder)
+        return os.fdopen(os.open(folder / f"{port}.lock", os.O_RDWR | os.O_CREAT, 0o600), "r+")
+    except OSError as error:
+        raise ConfigurationError(f"cannot lock port {port} in {folder}: {error}") from None
 
 
 @contextmanager

@@ -159,7 +159,7 @@ def saved(array: np.ndarray) -> bytes:
         ("depth.npy", saved(np.ones((3, 4, 2))), "rows and columns"),
         ("depth.npy", saved(np.array([["a"]])), "no array of numbers"),
         ("depth.npy", saved(np.ones((3, 4)))[:-8], "is damaged"),
-        ("depth.npy", claimed_array(2**40), "at most 16777216 pixels"),
+        ("depth.npy", claimed_array(2**40), "more than 128 MiB"),
         ("depth.png", png_header(30000, 30000), "30000 x 30000 pixels"),
         ("depth.png", cv2.imencode(".png", np.ones((3, 4, 3), np.uint16))[1].tobytes(), "(3,)"),
         ("depth.png", cv2.imencode(".jpg", np.ones((8, 8), np.uint8))[1].tobytes(), "no PNG"),

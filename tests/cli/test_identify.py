@@ -64,6 +64,10 @@ def test_other_ropes_motion_is_predicted_by_the_one_that_was_fitted(
         ({"vertices": np.zeros((1, 20, 8, 3)), "dt": 0.01}, "has no 'prescribed'"),
         ({"vertices": np.zeros((20, 8, 3)), "dt": 0.01, "prescribed": [0]}, "got shape (20, 8, 3)"),
         (None, "is a text, not a .npz"),
+        (
+            {"vertices": np.zeros(2**17, "V8000"), "dt": 0.01, "prescribed": [0]},
+            "an array claims shape (131072,), more than 512 MiB",
+        ),
     ],
 )
 def test_bad_file_is_one_line(
@@ -76,7 +80,7 @@ def test_bad_file_is_one_line(
     if stored is None:
         path.write_text("vertices")
     else:
-        np.savez(path, **stored)
+        np.savez_compressed(path, **stored)
     assert main(["identify", str(path)]) == 2
     said = capsys.readouterr().err.strip()
     assert words in said

@@ -48,8 +48,8 @@ def read_episode(recording: Recording) -> Episode:
     latest: dict[str, Any] = {}
     episode = Episode(f"Shape the rope of {recording.metadata.get('scenario', 'a recording')}")
     begin = 0
-    for entry in recording.messages({*keys, topics.ARM_SETPOINTS.key, color}):
-        latest[entry.key] = message = entry.parse()
+    for entry, message in recording.decoded({*keys, topics.ARM_SETPOINTS.key, color}):
+        latest[entry.key] = message
         if entry.key != topics.ARM_STATE.key or not keys <= latest.keys():
             continue
         task, rope = latest[topics.TASK_STATE.key], latest[topics.ROPE_NODES.key]

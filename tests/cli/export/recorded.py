@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
@@ -12,13 +13,24 @@ from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import ArmSetpoints, Setpoints, timestamp
 from shared.recording import Writer
+from shared.topics import Topic
 from tests.services.recorder.view import cell
 
 STEP = SECOND // 10
 
 
-def recording(folder: Path, drawn: bool = True) -> Path:
-    """Recording of ten messages of each drawn topic, 0.1 s apart, with images, logs, setpoints."""
+def recording(
+    folder: Path,
+    drawn: bool = True,
+    spoil: Callable[[Topic, bytes, int], bytes] = lambda topic, payload, k: payload,
+) -> Path:
+    """Recording of ten messages of each drawn topic, 0.1 s apart, with images, logs, setpoints.
+
+    Args:
+        folder: Folder of the recording.
+        drawn: Whether it has the drawing of the cell.
+        spoil: Returns what is written as the k-th payload of a topic.
+    """
     scenario = cell.scenario(folder)
     writer = Writer(folder / "small.mcap", scenario, cell.NOW)
     view = cell.CellView(scenario)
@@ -28,7 +40,8 @@ def recording(folder: Path, drawn: bool = True) -> Path:
         for topic, message in said:
             view.take(topic.key, message.SerializeToString())
         for topic, message in [*said, *(view.draw(now) if drawn else ())]:
-            writer.write(topic, message.SerializeToString(), "test-0", k, now, now - STEP // 10)
+            payload = spoil(topic, message.SerializeToString(), k)
+            writer.write(topic, payload, "test-0", k, now, now - STEP // 10)
     writer.close()
     return writer.path
 

@@ -108,3 +108,10 @@ def test_a_flat_plate_has_a_thickness() -> None:
 def test_a_mesh_without_area_is_refused() -> None:
     with pytest.raises(ValueError, match="no triangle with an area"):
         cover_mesh(np.zeros((3, 3, 3)), 4, 1e-3)
+
+
+def test_mesh_that_takes_too_long_is_divided_no_further(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = ring_mesh(0.08, 0.015, 12, 5)
+    whole = cover_mesh(mesh, 12, 1e-4)
+    monkeypatch.setattr("lariat.geometry.mesh_cover.MAX_COMPARED", 100)
+    assert 1 <= len(cover_mesh(mesh, 12, 1e-4).bodies) < len(whole.bodies)

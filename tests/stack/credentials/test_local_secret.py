@@ -1,7 +1,10 @@
 from __future__ import annotations
 
 import json
+import os
 import stat
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -14,7 +17,7 @@ from shared import topics
 from shared.bus import BusOptions, Unreachable
 from shared.messages import TaskRequest
 from stack import client
-from stack.credentials.local_secret import find_local_secret, local_secret
+from stack.credentials.local_secret import find_local_secret, local_secret, port_lock
 from tests.shared.cell import free_port, until
 
 pytestmark = pytest.mark.live
@@ -51,6 +54,44 @@ def test_folder_that_others_can_use_is_refused(runtime_folder: Path) -> None:
     with pytest.raises(ConfigurationError, match="0700"), local_secret(7447):
         pass
     assert find_local_secret(("tcp/127.0.0.1:7447",)) is None
+
+
+def test_second_stack_on_a_port_is_told_of_the_first_and_harms_nothing() -> None:
+    second = "with port_lock(7447, 'second'), local_secret(7447): pass"
+    program = f"from stack.credentials.local_secret import local_secret, port_lock\n{second}"
+
+    def start() -> str:
+        done = subprocess.run(
+            [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False
+        )
+        return done.stderr
+
+    with port_lock(7447, "first"):
+        with local_secret(7447) as path:
+            own = path.read_text()
+            assert f"port 7447 (process {os.getpid()}: first)" in start()
+            assert path.read_text() == own
+        with port_lock(7448, "another port"):
+            pass
+    assert start() == ""
+
+
+def test_lock_ends_with_a_process_that_is_killed() -> None:
+    program = (
+        "from stack.credentials.local_secret import port_lock\n"
+        "with port_lock(7447, 'first'):\n    print(1, flush=True)\n    input()"
+    )
+    first = subprocess.Popen(
+        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    with first:
+        assert first.stdout is not None
+        first.stdout.readline()
+        with pytest.raises(ConfigurationError, match="first"), port_lock(7447, "second"):
+            pass
+        first.kill()
+    with port_lock(7447, "second"):
+        pass
 
 
 def test_secret_is_found_by_the_port_of_the_hub() -> None:

@@ -22,7 +22,7 @@ from stack.launcher.process import child_command
 
 START_TIMEOUT = 200.0
 """Longest wait for the stack; kernels may have to be compiled [s]."""
-EXIT_TIMEOUT = 10.0
+EXIT_TIMEOUT = 12.0
 """Longest wait for the stack to end before it is killed [s]."""
 POLL_PERIOD = 0.05
 """Time between two looks at the output [s]."""

@@ -123,8 +123,10 @@ def _run(options: UpOptions, fork_server: ForkServer, scenario: Path, cell: Scen
             page += ["--address", *options.dashboard_address]
         if options.dashboard_password_file:
             page += ["--password-file", str(options.dashboard_password_file.resolve())]
-        keep = [] if options.keep is None else ["--keep", str(options.keep)]
-        more = {"dashboard": page, "recorder": keep}
+        recorder = ["--always"] * options.record_always
+        if options.keep is not None:
+            recorder += ["--keep", str(options.keep)]
+        more = {"dashboard": page, "recorder": recorder}
         library = ScenarioLibrary(options.saved_scenarios, scenario)
         campaigns = Campaigns(CAMPAIGN_FOLDER, folder / "campaign", _trial_command)
         switch = ScenarioManager(library, scenario, folder / "started", _check_command, campaigns)

@@ -33,6 +33,8 @@ class UpOptions:
     """Whether to open the page in a browser."""
     record: bool = True
     """Whether to record every run to recordings/."""
+    record_always: bool = False
+    """Whether the idle cell is recorded like a run, with its images."""
     keep: float | None = RecorderOptions.keep
     """Size of all recordings beyond which the oldest are deleted, those of idle cells first [GB];
     by default none is. The log names a file before it is deleted; runs with a star stay."""

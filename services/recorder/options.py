@@ -14,6 +14,8 @@ class RecorderOptions:
     """Folder that receives one MCAP file for each run."""
     least_free: float = 0.5
     """Free space on the disk below which recording stops [GB]."""
+    always: bool = False
+    """Whether an idle cell is recorded like a run, with its images."""
     keep: float | None = None
     """Size of all recordings beyond which the oldest are deleted, those of idle cells first [GB];
     by default none is. The log names a file before it is deleted; runs with a star stay."""

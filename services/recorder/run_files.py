@@ -1,9 +1,9 @@
 """Files of the recorder: every message of a run with the seconds before it, few of an idle cell.
 
-Messages wait in the pre-roll. While a run goes on or an arm moves, they pass from there to a file,
-some megabytes at a time; otherwise they leave it by age, and few of them reach the idle cell's
-file. The first file holds everything since the recorder's start, so that a run that begins soon can
-be replayed from the start of every process.
+Messages wait in the pre-roll. While a run goes on or an arm moves, they pass from there to a file
+in each step; otherwise they leave it by age, and few of them are written to the idle cell's file. A
+recorder that falls behind leaves out images. The first file holds everything since the recorder's
+start, so that a run that begins soon can be replayed from the start of every process.
 
 A file that cannot be written never stops the cell: `failure` gives the reason, and the recorder
 tries again later.
@@ -11,10 +11,12 @@ tries again later.
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 import shutil
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -29,24 +31,27 @@ from services.recorder.retention import IDLE_ENDING, Retention
 from services.recorder.thinning import Thinning
 from shared.messages import FAILED, IDLE, REACHED, TaskState
 from shared.recording import Writer
-from shared.recording.writer import FLUSH_PERIOD
+
+log = logging.getLogger(__name__)
+
+Kind = Literal["run", "idle"]
+"""Content of a file: every message, or the thinned ones of an idle cell."""
 
 AFTER_RUN_TIME = 2 * SECOND
 """Time for which recording goes on after a run or the motion of an arm has ended [ns]."""
-IDLE_FLUSH_PERIOD = 10 * SECOND
-"""Longest time of an idle cell that a loss of power takes, beside the pre-roll [ns]."""
+SYNC_PERIOD: dict[Kind, int] = {"run": SECOND, "idle": 10 * SECOND}
+"""Longest time that a loss of power takes, beside that of the disk [ns]."""
+CATCH_UP_TIME = SECOND
+"""Time from a file's begin for which images of the pre-roll may wait [ns]."""
 RETRY_PERIOD = 10 * SECOND
 """Time between two attempts to open a file [ns]."""
 MAX_PRE_ROLL_SIZE = 2**28
 """Largest size of the messages that wait [bytes]."""
-LARGE_MESSAGE = 2**16
-"""Size from which a message, an image, is left out by a recorder that falls behind [bytes]."""
-MAX_STEP_SIZE = 2**22
-"""Size of the messages that one step writes to a file [bytes]; a run's first steps write its
-pre-roll."""
-
-Kind = Literal["run", "idle"]
-"""Content of a file: every message, or the thinned ones of an idle cell."""
+MAX_STEP_SIZE = 2**23
+"""Size of the messages after which a step writes no more images [bytes]; each late step after
+another halves it."""
+LATE_STEP_TIME = SECOND // 4
+"""Time since the step before from which a step is late [ns]."""
 
 
 class RunFiles:
@@ -58,6 +63,8 @@ class RunFiles:
         self._settings = scenario.recording
         self._pre_roll = PreRoll()
         self._thinning = Thinning()
+        self._thinned: list[QueuedMessage] = []
+        """Messages that the next step writes to the idle cell's file."""
         keep = options.keep
         self._retention = Retention(options.folder, None if keep is None else 1e9 * keep)
         self._writer: Writer | None = None
@@ -73,6 +80,10 @@ class RunFiles:
         """Time at which an arm was last seen moving [ns]."""
         self.run = ""
         """Name of the run in the file; empty while the cell is idle."""
+        self._stepped: int | None = None
+        """Time of the last step [ns]."""
+        self.late_steps = 0
+        """Number of late steps in a row, up to this one."""
         self.failure = ""
         """Reason why nothing is recorded; empty while a file is open."""
         self.late: tuple[str, str] | None = None
@@ -90,15 +101,13 @@ class RunFiles:
 
         Images are left out first where too many messages of a run wait.
         """
-        size = len(message.payload)
-        if (
-            self._kind == "run"
-            and size >= LARGE_MESSAGE
-            and self._pre_roll.size + size > MAX_PRE_ROLL_SIZE
-        ):
+        size = self._pre_roll.size + len(message.payload)
+        if self._kind == "run" and message.topic.large and size > MAX_PRE_ROLL_SIZE:
             self.lost += 1
             return
         self._pre_roll.put(message)
+        if self._kind == "idle" and self._thinning.keeps(message):
+            self._thinned.append(message)
 
     def take_task(self, task: TaskState, now: int) -> None:
         """Begin and end runs by the state of the task; call it before putting the message."""
@@ -118,6 +127,8 @@ class RunFiles:
         """Write messages, begin and end files, check the free space, flush the open file."""
         if self._start is None:
             self._start = now
+        late = self._stepped is not None and now - self._stepped >= LATE_STEP_TIME
+        self._stepped, self.late_steps = now, self.late_steps + 1 if late else 0
         # Arms that still move belong to the run: another file would hold its end once more.
         last = max(self._run_end, self._moved)
         if self.run and self._run_end and now - last >= AFTER_RUN_TIME:
@@ -132,14 +143,18 @@ class RunFiles:
             return
         try:
             self._check_free_space()
-            self._writer.flush(now)
+            # The next step may be late, too.
+            self._writer.flush(now, at_once=self.late_steps > 0)
         except OSError as error:
             self._give_up(f"cannot write {self._writer.path}: {error}", now)
 
     def close(self) -> None:
-        """Write what waits, and close the open file."""
-        if self._kind == "idle":
-            self._write_thinned(self._pre_roll.take_oldest(float("inf")), self._open_time)
+        """Write what waits, and close the open file; the log tells a patient launcher how far."""
+        while (
+            self._kind == "run" and self._writer is not None and self._pre_roll.size > MAX_STEP_SIZE
+        ):
+            log.info("saving the recording: %.1f MB left", self._pre_roll.size / 1e6)
+            self._write(self._pre_roll.take_oldest(MAX_STEP_SIZE), self._open_time)
         self._close(self._open_time)
 
     def _wanted(self, now: int) -> Kind:
@@ -147,7 +162,8 @@ class RunFiles:
         assert self._start is not None
         starting = now - self._start < self._settings.start_up * SECOND
         moving = now - self._moved < AFTER_RUN_TIME
-        return "run" if self.run or moving or (starting and not self._former) else "idle"
+        starting &= not self._former
+        return "run" if self.run or moving or starting or self._options.always else "idle"
 
     def _is_full(self, now: int) -> bool:
         if self._writer is None:
@@ -160,17 +176,29 @@ class RunFiles:
 
     def _write_due(self, now: int) -> None:
         """Write what a step writes."""
-        if self._kind == "run":
-            # Without a file the messages of the last seconds wait for one.
-            if self._writer is not None:
-                self._write(self._pre_roll.take_oldest(MAX_STEP_SIZE), now)
-            self.lost += sum(1 for _ in self._pre_roll.take_older(0, MAX_PRE_ROLL_SIZE))
+        if self._kind == "idle":
+            self._write_thinned(now)
+            since = now - round(self._settings.pre_roll * SECOND)
+            deque(self._pre_roll.take_older(since, MAX_PRE_ROLL_SIZE), maxlen=0)
             return
-        since = now - round(self._settings.pre_roll * SECOND)
-        self._write_thinned(self._pre_roll.take_older(since, MAX_PRE_ROLL_SIZE), now)
+        # Without a file the messages of the last seconds wait for one.
+        if self._writer is not None:
+            self._write(self._pre_roll.take_oldest(MAX_STEP_SIZE >> self.late_steps), now)
+            if now - self._open_time >= CATCH_UP_TIME:
+                self._write(self._without_images(), now)
+        self.lost += sum(1 for _ in self._pre_roll.take_older(0, MAX_PRE_ROLL_SIZE))
 
-    def _write_thinned(self, messages: Iterable[QueuedMessage], now: int) -> None:
-        self._write((message for message in messages if self._thinning.keeps(message)), now)
+    def _without_images(self) -> Iterator[QueuedMessage]:
+        """Take what waits; images are lost."""
+        for message in self._pre_roll.take_oldest(MAX_PRE_ROLL_SIZE):
+            if message.topic.large:
+                self.lost += 1
+            else:
+                yield message
+
+    def _write_thinned(self, now: int) -> None:
+        messages, self._thinned = self._thinned, []
+        self._write(messages, now)
 
     def _write(self, messages: Iterable[QueuedMessage], now: int) -> None:
         for message in messages:
@@ -198,6 +226,7 @@ class RunFiles:
 
     def _close(self, now: int) -> None:
         """Close the open file; what waits belongs to it if it is the file of a run."""
+        self._write_thinned(now)
         if self._writer is not None and self._kind == "run":
             self._write(self._pre_roll.take_oldest(float("inf")), now)
         if self._writer is None:
@@ -221,7 +250,6 @@ class RunFiles:
 
     def _open(self, now: int) -> None:
         path = self._path(now)
-        idle = self._kind == "idle"
         try:
             # Before the file is created: otherwise every attempt would leave a file on a full disk.
             make_folder(path.parent)
@@ -232,8 +260,7 @@ class RunFiles:
                 self._scenario,
                 min(now, self._pre_roll.start or now),
                 {"time": "live", "kind": self._kind, "continues": self._former},
-                flush_period=IDLE_FLUSH_PERIOD if idle else FLUSH_PERIOD,
-                synced=True,
+                sync_period=SYNC_PERIOD[self._kind],
             )
         except OSError as error:
             self._give_up(f"cannot record to {path.parent}: {error}", now)

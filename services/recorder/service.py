@@ -132,8 +132,9 @@ class RecorderService:
             self.note = self._files.failure
             if self.note:
                 log.error("not recording: %s", self.note)
-        with self.door.guard("the drawing of the cell"):
-            yield from self._view.draw(now)
+        if not self._files.late_steps:
+            with self.door.guard("the drawing of the cell"):
+                yield from self._view.draw(now)
         writer = self._files.writer
         if self._files.late is not None:
             self._runs.take_late_file(*self._files.late)

@@ -28,7 +28,7 @@ from shared.recording.layout import (
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION, commit, version
 
-FLUSH_PERIOD = 1_000_000_000
+FLUSH_PERIOD = 500_000_000
 """Longest log time that is lost when the writer is killed [ns]."""
 MAX_CHANNELS = 4096
 """Most channels of a file; MCAP numbers 65536, and ids of publishers can be made up."""
@@ -45,8 +45,7 @@ class Writer:
         scenario: Scenario,
         started: int,
         metadata: Mapping[str, str] | None = None,
-        flush_period: int = FLUSH_PERIOD,
-        synced: bool = False,
+        sync_period: int | None = None,
     ) -> None:
         """Create the file, which must not exist yet.
 
@@ -55,9 +54,9 @@ class Writer:
             scenario: Scenario of the run; its text and CSV files become attachments.
             started: Log time of the start, from which flushes are counted [ns].
             metadata: Further metadata beside the scenario's name and the versions.
-            flush_period: Longest log time that is lost when the writer is killed [ns].
-            synced: Whether each flush also begins to store the file on the disk, so that a loss of
-                power loses no more than that and the time that the disk takes.
+            sync_period: Time between two flushes that also begin to store the file on the disk, so
+                that a loss of power loses no more than that and the time that the disk takes [ns];
+                None leaves that to the operating system.
 
         Raises:
             OSError: The file cannot be written.
@@ -73,9 +72,9 @@ class Writer:
         )
         self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[str, int] = {}
-        self._flushed = self._latest = started
-        self._flush_period = flush_period
-        self._sync = DiskSync(self._stream.fileno(), path.parent) if synced else None
+        self._flushed = self._synced = self._latest = started
+        self._sync_period = sync_period or 0
+        self._sync = DiskSync(self._stream.fileno(), path.parent) if sync_period else None
         self._writer.start(profile="", library=f"lariat {version()}")
         about = {
             "scenario": scenario.name,
@@ -132,19 +131,21 @@ class Writer:
         self.messages += 1
         self.flush(self._latest)
 
-    def flush(self, now: int) -> None:
+    def flush(self, now: int, at_once: bool = False) -> None:
         """Pass everything to the operating system, once per flush period.
 
         Args:
             now: Present log time [ns].
+            at_once: Whether to do so before the period is over.
 
         Raises:
             OSError: The disk is full or gone.
         """
-        if now - self._flushed >= self._flush_period:
+        if at_once or now - self._flushed >= FLUSH_PERIOD:
             self._flushed = now
             self._writer.flush()
-            if self._sync:
+            if self._sync and now - self._synced >= self._sync_period:
+                self._synced = now
                 self._sync.request()
 
     def close(self) -> None:

@@ -6,7 +6,8 @@ A message of a topic that the service names in `wakes` begins the next step at o
 (`shared.runtime.pace`).
 
 In addition to the members of `shared.runtime.service.Service`, a service may have
-* `tap(raw: shared.bus.RawMessage)`: called before each step with every message of the bus,
+* `tap(raw: shared.bus.RawMessage)`: called before each step with every message of the bus; a signal
+  waits for the end of such a service's step, and what has arrived by then is tapped before `close`,
 * `close()`: called before the process exits,
 * `greeting: str`: line to print on standard error once it is ready, for what must not be in the
   log: that is published and recorded,
@@ -29,7 +30,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -62,6 +63,8 @@ EXIT_EXCEPTION = 70
 """Exit code after an exception, whose traceback is in the log (EX_SOFTWARE of sysexits.h)."""
 REPORT_PERIOD = SECOND
 """Time between two health messages [ns]."""
+DRAIN_PAUSE, DRAIN_TIMEOUT = 0.05, 1.0
+"""Time without a message after which none is expected, and longest wait for that [s]."""
 GARBAGE_COLLECTION_PERIOD = 5 * SECOND
 """Time between two garbage collections, which run between steps [ns]."""
 
@@ -109,11 +112,11 @@ def main(module: str, extra: type | None = None) -> None:
         service = build(_scenario(live), session, *more)
         service.warm_up()
         # Before this line a signal may end the process at once: there is nothing to clean up.
-        with stopping_on_signals():
+        with stopping_on_signals() as stop:
             options = {f.name: getattr(live, f.name) for f in fields(BusOptions)}
             clock = SystemClock()
             with buses.open(BusOptions(**options), session, clock) as bus:
-                run(service, bus, clock, session, live.heartbeat)
+                run(service, bus, clock, session, live.heartbeat, stop)
     except ImportError as error:
         sys.exit(_missing(module, name, error))
     except (ConfigurationError, BusError, NoCompilerError) as error:
@@ -127,7 +130,12 @@ def main(module: str, extra: type | None = None) -> None:
 
 
 def run(
-    service: Service, bus: Bus, clock: Clock, session: str, heartbeat: Path | None = None
+    service: Service,
+    bus: Bus,
+    clock: Clock,
+    session: str,
+    heartbeat: Path | None = None,
+    stop: StopSignal | None = None,
 ) -> None:
     """Step a service that is warmed up until a signal.
 
@@ -137,13 +145,14 @@ def run(
         clock: Clock of the steps.
         session: Id of this start of the process.
         heartbeat: File to touch with every health message.
+        stop: Signal that ends the service.
 
     Raises:
         Stopped: A signal was received; the service has been closed.
         SystemExit: A step failed; its traceback is in the log.
     """
     handler = BusHandler(bus.publisher(topics.LOG.at(service.name)), service.name)
-    runner = Runner(service, bus, clock, session, heartbeat)
+    runner = Runner(service, bus, clock, session, heartbeat, stop or StopSignal())
     try:
         logging.getLogger().addHandler(handler)
         bus.declare_alive(service.name)
@@ -159,6 +168,7 @@ def run(
         runner.watch()
         _keep_pace(runner, round(SECOND / service.rate))
     except Stopped:
+        runner.drain()
         raise
     except Exception:
         log.exception("step %d failed", runner.meter.steps)
@@ -195,9 +205,16 @@ class Runner:
     """Runner that connects one service to its subscriptions and publishers."""
 
     def __init__(
-        self, service: Service, bus: Bus, clock: Clock, session: str, heartbeat: Path | None
+        self,
+        service: Service,
+        bus: Bus,
+        clock: Clock,
+        session: str,
+        heartbeat: Path | None,
+        stop: StopSignal,
     ) -> None:
         self._service = service
+        self._stop = stop
         self._heartbeat = heartbeat
         self._clock = clock
         self._mailbox = Mailbox(service.reads)
@@ -254,7 +271,9 @@ class Runner:
         self._arrived.clear()
         if self._stall_watch:
             self._stall_watch.step_begins()
-        self._step()
+        # What a step has taken from the bus would be lost with it.
+        with self._stop.waiting() if self._tap else nullcontext():
+            self._step()
         if self._stall_watch:
             self._stall_watch.step_ended()
 
@@ -264,9 +283,7 @@ class Runner:
             for key, item in subscription.take():
                 self._mailbox.deliver(key, item)
                 self._newest[key] = item.received
-        if self._tap and self._everything:
-            for raw in self._everything.take():
-                self._tap(raw)
+        self._tap_all()
         inbox = self._mailbox.take()
         now = self._clock.now()
         for topic, message in self._service.step(inbox, now):
@@ -280,6 +297,24 @@ class Runner:
             )
         )
         self.meter.add(time.perf_counter_ns() - start)
+
+    def drain(self) -> None:
+        """Tap what has arrived since the last step, until no more comes."""
+        deadline = time.monotonic() + DRAIN_TIMEOUT
+        while self._tap and time.monotonic() < deadline:
+            # The network's threads may wait for the processor.
+            time.sleep(DRAIN_PAUSE)
+            if not self._tap_all():
+                return
+
+    def _tap_all(self) -> int:
+        """Tap the messages that have arrived; return their number."""
+        count = 0
+        if self._tap and self._everything:
+            for raw in self._everything.take():
+                self._tap(raw)
+                count += 1
+        return count
 
     def report(self) -> None:
         """Publish the service's health and touch the heartbeat file."""
@@ -309,20 +344,45 @@ class Runner:
         self._health.put(health)
 
 
-@contextmanager
-def stopping_on_signals() -> Iterator[None]:
-    """Raise `Stopped` in a `with` block, once, on SIGINT or SIGTERM."""
+class StopSignal:
+    """SIGINT or SIGTERM, which raises `Stopped` at once, or after what must not be interrupted."""
 
-    def stop(number: int, frame: object) -> None:
+    def __init__(self) -> None:
+        self._delayed = self._received = False
+
+    def receive(self) -> None:
+        """Raise `Stopped`, now or at the end of the `with` block that it waits for."""
+        self._received = True
+        if not self._delayed:
+            raise Stopped
+
+    @contextmanager
+    def waiting(self) -> Iterator[None]:
+        """Have the signal wait for the end of a `with` block."""
+        self._delayed = True
+        try:
+            yield
+        finally:
+            self._delayed = False
+        if self._received:
+            raise Stopped
+
+
+@contextmanager
+def stopping_on_signals() -> Iterator[StopSignal]:
+    """Raise `Stopped` in a `with` block, once, on SIGINT or SIGTERM."""
+    stop = StopSignal()
+
+    def receive(number: int, frame: object) -> None:
         # A second signal must not interrupt the shutdown.
         for each in handled:
             signal.signal(each, signal.SIG_IGN)
-        raise Stopped
+        stop.receive()
 
     handled = (signal.SIGINT, signal.SIGTERM)
-    former = [signal.signal(number, stop) for number in handled]
+    former = [signal.signal(number, receive) for number in handled]
     try:
-        yield
+        yield stop
     finally:
         for number, handler in zip(handled, former, strict=True):
             signal.signal(number, handler)

@@ -47,6 +47,10 @@ HOLD_TIMEOUT = 0.6
 """Longest wait for the arms to stand before the processes are ended [s]."""
 STAGE_TIMEOUT = 1.5
 """Longest wait for the processes of one stage to end before they are killed [s]."""
+SAVE_TIMEOUT = 4.0
+"""Longest wait for a further line of a process that saves data while it ends [s]."""
+STOP_TIMEOUT = 9.5
+"""Longest time until all processes are killed that have not ended [s]."""
 EXIT_BAD_INPUT = 2
 """Exit code of a process that refuses its scenario: it is not started again."""
 
@@ -230,6 +234,8 @@ class Launcher:
     def _print(self, process: Process) -> None:
         for line in process.lines():
             self._console.print_line(process.program.name, line)
+            if process.program.saves:
+                process.last_line = time.monotonic()
             self._last_lines[process.program.name] = line
             ready_line = process.program.ready_line
             if ready_line and ready_line in line and process.state == "starting":
@@ -319,13 +325,14 @@ class Launcher:
 
     def _end_processes(self) -> None:
         """End all processes: hold the arms, then end stage by stage, at last by force."""
+        deadline = time.monotonic() + STOP_TIMEOUT
         self._hold()
         for stage in sorted({p.program.stage for p in self._processes}):
             group = [p for p in self._processes if p.program.stage == stage and p.running]
             for process in group:
+                process.last_line = time.monotonic()
                 process.send(signal.SIGTERM)
-            deadline = time.monotonic() + STAGE_TIMEOUT
-            while any(p.running for p in group) and time.monotonic() < deadline:
+            while time.monotonic() < deadline and any(_is_waited_for(p) for p in group):
                 self._print_while_stopping()
             for process in group:
                 if process.running:
@@ -371,6 +378,12 @@ class Launcher:
     def _kill_all(self) -> None:
         for process in self._processes:
             process.send(signal.SIGKILL)
+
+
+def _is_waited_for(process: Process) -> bool:
+    """Whether a process that was told to end may go on."""
+    timeout = SAVE_TIMEOUT if process.program.saves else STAGE_TIMEOUT
+    return process.running and time.monotonic() - process.last_line < timeout
 
 
 def describe_exit(code: int) -> str:

@@ -43,6 +43,8 @@ class Program:
     """Scheduling priority, nice(2); below 0 only where the system allows it."""
     ready_line: str = ""
     """Text of the line that it prints when ready; empty: its first health message says so."""
+    saves: bool = False
+    """Whether it saves data while it ends: the launcher waits as long as it prints its progress."""
     death_signal: signal.Signals = signal.SIGKILL
     """Signal that the kernel sends it when the launcher is killed."""
 
@@ -65,6 +67,8 @@ class Process:
     """Instant of the next restart [s, monotonic]."""
     last_health: float = 0.0
     """Instant of its last health message [s, monotonic]."""
+    last_line: float = 0.0
+    """Instant of its last line, or of the signal to end [s, monotonic]."""
     longest_step: float = 0.0
     """Longest step that it declares, during which no health message comes [s]."""
     _popen: subprocess.Popen[bytes] | ForkedProcess | None = None

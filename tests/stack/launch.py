@@ -1,6 +1,8 @@
 """Launcher of small services, as `lariat up` launches the real ones:
 
-python -m tests.stack.launch PORT NAMESPACE NAME[:BUILD]...
+python -m tests.stack.launch PORT NAMESPACE NAME[:BUILD|:LINES]...
+
+A process with LINES saves data while it ends, and prints so many lines.
 
 Another scenario has one small service, of the scenario's name; of the name "refuse", it refuses.
 """
@@ -28,8 +30,11 @@ def main() -> int:
     hub = f"tcp/127.0.0.1:{port}"
 
     def program(name: str, build: str) -> Program:
-        arguments = ("--namespace", namespace, "--connect", hub, "--name", name, "--build", build)
-        return Program(name, "tests.shared.beacon", arguments, ("--restarted",), niceness=3)
+        saves = build.isdigit()
+        more = ("--lines-at-end" if saves else "--build", build)
+        arguments = ("--namespace", namespace, "--connect", hub, "--name", name, *more)
+        again = ("--restarted",)
+        return Program(name, "tests.shared.beacon", arguments, again, niceness=3, saves=saves)
 
     def programs_of(path: Path) -> list[Program]:
         name = load(path).name

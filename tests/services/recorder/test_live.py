@@ -18,6 +18,7 @@ from shared.messages import IDLE, RUNNING, NodeChain, TaskState
 from shared.recording import Recording
 from shared.runtime.clock import SystemClock
 from tests.services.recorder.test_service import TEXT
+from tests.shared.cell import until
 
 pytestmark = pytest.mark.live
 
@@ -28,13 +29,17 @@ def free_port() -> int:
         return listener.getsockname()[1]
 
 
+def recorder_command(folder: Path, hub: str) -> list[str]:
+    (folder / "s.toml").write_text(TEXT)
+    command = [sys.executable, "-m", "services.recorder", "--scenario", str(folder / "s.toml")]
+    command += ["--namespace", "recorder-test", "--connect", hub]
+    return [*command, "--folder", str(folder / "recordings")]
+
+
 def test_a_run_on_the_bus_becomes_a_file_that_outlives_the_recorder(tmp_path: Path):
-    (tmp_path / "s.toml").write_text(TEXT)
     hub = f"tcp/127.0.0.1:{free_port()}"
     options = BusOptions(namespace="recorder-test", connect=(), listen=(hub,))
-    command = [sys.executable, "-m", "services.recorder", "--scenario", str(tmp_path / "s.toml")]
-    command += ["--namespace", "recorder-test", "--connect", hub]
-    command += ["--folder", str(tmp_path / "recordings")]
+    command = recorder_command(tmp_path, hub)
     clock = SystemClock()
     with bus.open(options, "tester", clock) as cell:
         rope, task = cell.publisher(topics.ROPE_NODES), cell.publisher(topics.TASK_STATE)
@@ -67,3 +72,21 @@ def test_a_run_on_the_bus_becomes_a_file_that_outlives_the_recorder(tmp_path: Pa
     assert len(chains) >= sent
     assert {e.key for e in entries} >= {"task/state", "run/record", "view/scene", "health/recorder"}
     assert all(abs(e.log_time - clock.now()) < 60 * SECOND for e in entries)
+
+
+def test_all_that_was_sent_before_a_signal_is_in_the_file(tmp_path: Path):
+    hub = f"tcp/127.0.0.1:{free_port()}"
+    options = BusOptions(namespace="recorder-test", connect=(), listen=(hub,))
+    with bus.open(options, "tester", SystemClock()) as cell:
+        state = cell.subscribe(topics.RUN_RECORD)
+        rope = cell.publisher(topics.ROPE_NODES)
+        recorder = subprocess.Popen(recorder_command(tmp_path, hub))
+        try:
+            until(lambda: [item for _, item in state.take() if item.message.recording], 20.0)
+            for k in range(600):
+                rope.put(NodeChain(stamp=k, positions=[0.0] * 120))
+        finally:
+            recorder.send_signal(signal.SIGTERM)
+            assert recorder.wait(10.0) == 0
+    (file,) = (tmp_path / "recordings").glob("*.mcap")
+    assert [e.sequence for e in Recording(file).messages(["rope/nodes"])] == list(range(600))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import random
 import shutil
@@ -76,11 +77,15 @@ class Cell:
     """Recorder with messages and a clock of the test's own."""
 
     def __init__(
-        self, folder: Path, keep: float | None = RecorderOptions.keep, **recording: float
+        self,
+        folder: Path,
+        keep: float | None = RecorderOptions.keep,
+        always: bool = False,
+        **recording: float,
     ) -> None:
         scenario = parse(TEXT, folder)
         scenario = replace(scenario, recording=replace(scenario.recording, **recording))
-        options = RecorderOptions(folder, keep=keep)
+        options = RecorderOptions(folder, always=always, keep=keep)
         self.recorder: RecorderService = build(scenario, "r", options)
         self.now = NOW
         self.sequences: dict[str, int] = {}
@@ -226,7 +231,7 @@ def test_a_run_has_a_pre_roll_and_an_idle_cell_is_recorded_lightly(tmp_path: Pat
     # The start is recorded whole.
     assert len(stamps(start, color.key)) == pytest.approx(30, abs=1)
     # Then states once a second, and no images.
-    assert len(stamps(idle, "task/state")) == pytest.approx(27, abs=1)
+    assert len(stamps(idle, "task/state")) == pytest.approx(30, abs=1)
     assert stamps(idle, color.key) == []
     # The run's file begins three seconds before it, with every message.
     assert stamps(run, color.key) == pytest.approx([57, 58, 59], abs=0.1)
@@ -384,15 +389,112 @@ def test_a_recording_that_cannot_be_deleted_does_not_stop_recording(
 def test_a_long_pre_roll_is_written_over_several_steps(tmp_path: Path):
     cell = Cell(tmp_path, start_up=0.0)
     cell.live(1.0)
-    for _ in range(40):
+    for _ in range(80):
         cell.hear(topics.LOG.at("sim"), Log(message="x" * 200_000))
     cell.live(1 / 30, RUNNING, "run-1")
     assert cell.recorder._files.writer is not None
-    assert cell.recorder._files.writer.messages < 60
+    assert cell.recorder._files.writer.messages < 80
     cell.live(1.0, RUNNING, "run-1")
     cell.recorder.close()
     (file,) = runs_of(tmp_path)
-    assert len(stamps(file, "log/sim")) == 40
+    assert len(stamps(file, "log/sim")) == 80
+
+
+IMAGE = CompressedImage(data=random.Random(0).randbytes(2**19))
+
+
+def hear_images(cell: Cell, count: int) -> None:
+    """Images, each with a state after it, that come between two steps."""
+    for _ in range(count):
+        cell.hear(topics.CAMERA_COLOR.at("overhead"), IMAGE)
+        cell.hear(topics.ROPE_NODES, NodeChain(stamp=1))
+
+
+def test_a_recorder_that_lags_leaves_out_images_and_writes_every_state_at_once(tmp_path: Path):
+    cell = Cell(tmp_path, start_up=0.0)
+    cell.live(1.0)
+    cell.live(2.0, RUNNING, "run-1")
+    hear_images(cell, 60)
+    cell.now += 2 * SECOND
+    cell.live(1 / 30, RUNNING, "run-1")
+    (file,) = runs_of(tmp_path)
+    assert len(stamps(file, topics.ROPE_NODES.key)) == 60
+    written = len(stamps(file, topics.CAMERA_COLOR.at("overhead").key))
+    assert 0 < written < 20
+    cell.live(1.0, RUNNING, "run-1")
+    assert cell.states()[-1].drops == 60 - written
+    cell.recorder.close()
+
+
+def test_a_recorder_that_stays_late_writes_fewer_and_fewer_images_and_draws_nothing(
+    tmp_path: Path,
+):
+    cell = Cell(tmp_path, start_up=0.0)
+    cell.live(1.0)
+    cell.live(2.0, RUNNING, "run-1")
+    (file,) = runs_of(tmp_path)
+    counts = []
+    for _ in range(4):
+        cell.now += SECOND // 2
+        hear_images(cell, 60)
+        cell.said = []
+        cell.live(1 / 30, RUNNING, "run-1")
+        assert not any(topic.key.startswith("view/") for topic, _ in cell.said)
+        counts.append(len(stamps(file, topics.CAMERA_COLOR.at("overhead").key)) - sum(counts))
+    assert counts == sorted(set(counts), reverse=True)
+    assert len(stamps(file, topics.ROPE_NODES.key)) == 240
+    cell.live(2.0, RUNNING, "run-1")
+    assert any(topic.key.startswith("view/") for topic, _ in cell.said)
+    cell.recorder.close()
+
+
+def test_images_of_a_pre_roll_are_written_whole_by_a_recorder_in_time(tmp_path: Path):
+    cell = Cell(tmp_path, start_up=0.0)
+    cell.live(1.0)
+    hear_images(cell, 120)
+    cell.live(2.0, RUNNING, "run-1")
+    cell.recorder.close()
+    (file,) = runs_of(tmp_path)
+    assert len(stamps(file, topics.CAMERA_COLOR.at("overhead").key)) == 120
+    assert cell.states()[-1].drops == 0
+
+
+def test_what_waits_at_the_end_is_saved_and_its_progress_is_logged(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+):
+    caplog.set_level(logging.INFO)
+    cell = Cell(tmp_path)
+    cell.live(2.0, RUNNING, "run-1")
+    hear_images(cell, 60)
+    cell.recorder.close()
+    (file,) = runs_of(tmp_path)
+    assert len(stamps(file, topics.ROPE_NODES.key)) == 60
+    lines = [r.getMessage() for r in caplog.records if "saving the recording" in r.getMessage()]
+    assert len(lines) >= 3
+    assert lines == sorted(lines, key=lambda line: -float(line.split()[3]))
+
+
+def test_no_more_than_half_a_second_is_missing_where_the_recorder_is_killed(tmp_path: Path):
+    cell = Cell(tmp_path, start_up=3.0)
+    for seconds, state in ((2.9, IDLE), (2.5, IDLE), (2.0, RUNNING)):
+        # The first file is a start's, the second of the idle cell, the third of a run.
+        for _ in range(round(10 * seconds)):
+            cell.hear(topics.ARM_COMMAND, ArmCommand(id="now"))
+            cell.live(0.1, state, "run-1")
+            newest = max(tmp_path.glob("*.mcap"), key=lambda path: path.stat().st_mtime_ns)
+            last = max(stamps(newest, "arm/command"), default=None)
+            if last is not None:
+                assert (cell.now - NOW) / SECOND - last < 0.75
+
+
+def test_an_idle_cell_is_recorded_like_a_run_on_request(tmp_path: Path):
+    cell = Cell(tmp_path, start_up=0.0, always=True)
+    for _ in range(10):
+        cell.hear(topics.CAMERA_COLOR.at("overhead"), IMAGE)
+        cell.live(1.0)
+    cell.recorder.close()
+    (file,) = tmp_path.glob("*.mcap")
+    assert len(stamps(file, topics.CAMERA_COLOR.at("overhead").key)) == 10
 
 
 def test_made_up_publishers_and_numbers_are_recorded(tmp_path: Path):

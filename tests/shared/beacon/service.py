@@ -26,6 +26,7 @@ class BeaconService:
             self.rate = 0.1
             self.wakes = self.reads
         self._session = session
+        self._lines_at_end = options.lines_at_end
         self._steps = 0
 
     def warm_up(self) -> None: ...
@@ -46,6 +47,9 @@ class BeaconService:
             yield Publication(topics.TASK_STATE, state)
 
     def close(self) -> None:
+        for k in range(self._lines_at_end):
+            print(f"{k} of {self._lines_at_end} saved", flush=True)
+            time.sleep(0.5)
         print("closed in order", flush=True)
 
 

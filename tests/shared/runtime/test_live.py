@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 
 import pytest
@@ -255,3 +255,21 @@ def test_a_step_that_does_not_end_is_reported_with_its_place(cell: Cell) -> None
     assert notes[0] in lines
     _, _, output = beacon.end()
     assert notes[0] in output
+
+
+def test_a_signal_waits_for_the_end_of_what_must_not_be_interrupted() -> None:
+    done: list[str] = []
+
+    def run(waits: bool) -> None:
+        with live.stopping_on_signals() as stop:
+            with stop.waiting() if waits else nullcontext():
+                signal.raise_signal(signal.SIGTERM)
+                done.append("end of the step")
+            done.append("next step")
+
+    with pytest.raises(live.Stopped):
+        run(waits=False)
+    assert done == []
+    with pytest.raises(live.Stopped):
+        run(waits=True)
+    assert done == ["end of the step"]

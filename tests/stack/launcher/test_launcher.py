@@ -155,6 +155,24 @@ def test_a_frozen_process_does_not_outlive_ctrl_c(stack: Stack) -> None:
     assert "two | does not end; killed" in stack.output
 
 
+@pytest.mark.parametrize(("lines", "saved"), [(6, True), (30, False)])
+def test_process_that_saves_data_is_waited_for_within_ten_seconds(
+    cell: Cell, tmp_path: Path, lines: int, saved: bool
+) -> None:
+    stack = Stack(cell, tmp_path, f"one:{lines}")
+    try:
+        stack.until_ready("one")
+        start = time.monotonic()
+        stack.process.send_signal(signal.SIGHUP)
+        assert stack.process.wait(timeout=15.0) == 0
+        assert 2.5 < time.monotonic() - start < (5.0 if saved else 10.0)
+        assert "one | 5 of" in stack.output
+        assert ("closed in order" in stack.output) == saved
+        assert ("one | does not end; killed" in stack.output) != saved
+    finally:
+        stack.close()
+
+
 def test_a_killed_launcher_leaves_nothing_behind(stack: Stack) -> None:
     os.kill(stack.pids["two"], signal.SIGSTOP)
     stack.process.kill()

@@ -26,8 +26,8 @@ class Distractor:
     color: Color = (255, 255, 255)
     """Its colour: red, green, blue."""
     times: tuple[Annotated[float, Bounds(0.0, 3600.0, "s")], ...] = ()
-    """Times since the start of a run at which it is displaced by `shifts`, in rising order; between
-    them it moves evenly, before the first and after the last it stands still."""
+    """Rising times since the start of a run at which it is displaced by `shifts`; it moves evenly
+    between them."""
     shifts: tuple[Shift, ...] = ()
     """Displacement from `points` at each of `times`."""
 

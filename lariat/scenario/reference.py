@@ -48,13 +48,13 @@ def _tables(kind: type, path: str) -> Iterator[str]:
         if section:
             nested.append((section, name))
             continue
-        cells = (_takes(hints[item.name]), _default(item), notes.get(item.name, ""))
-        rows.append(f"| `{item.name}` | {' | '.join(cells)} |")
+        value = _takes(hints[item.name]) + _default(item)
+        rows.append(f"| `{item.name}` | {value} | {notes.get(item.name, '')} |")
     if rows:
         yield f"## {f'`[{path}]`' if path else 'Top level'}\n"
         if path and kind.__doc__ and not kind.__doc__.startswith(kind.__name__ + "("):
             yield " ".join(kind.__doc__.split()) + "\n"
-        yield "| key | value | default | meaning |\n|---|---|---|---|"
+        yield "| key | value; default | meaning |\n|---|---|---|"
         yield "\n".join(rows) + "\n"
     documented = {sections.Shape: "start", sections.Obstacle: "obstacles"} if path else {}
     for section, name in nested:
@@ -97,12 +97,12 @@ def _takes(hint: Any) -> str:
 
 def _default(item: Field[Any]) -> str:
     if item.default is MISSING:
-        return "**required**"
+        return "; **required**"
     if item.default is None or item.default in ("", ()):
-        return "none"
+        return ""
     value = item.default
     text = str(value).lower() if isinstance(value, bool) else str(value)
-    return f"`{text.replace('(', '[').replace(')', ']')}`"
+    return f"; `{text.replace('(', '[').replace(')', ']')}`"
 
 
 def field_notes(kind: type) -> dict[str, str]:

@@ -19,16 +19,16 @@ class End:
     """Arm that holds one end of the rope."""
 
     driver: Annotated[str, DRIVERS] = "ideal"
-    """`fixed`: the end does not move; `ideal`: it follows setpoints exactly; `cr5`: a Dobot CR5;
-    `simulated`: the arm of `urdf` in MuJoCo; `ur`: a Universal Robots arm; or an own class."""
+    """Arm: none, one that follows exactly, a Dobot CR5, that of `urdf` in MuJoCo, one of Universal
+    Robots, or an own class."""
     rotates: bool = False
-    """Whether the gripper may change its orientation; in the paper it does not."""
+    """Whether the gripper may change its orientation."""
     arm_automatically: bool = True
-    """Whether the gateway arms this end without a person; it never does with an `address`."""
+    """Whether the gateway arms this end by itself; never with an `address`."""
     address: str = ""
-    """Address of a real arm; if empty, the arm is emulated or simulated."""
+    """Address of a real arm; without, it is emulated or simulated."""
     urdf: str = ""
-    """URDF of an arm that brings none: a file in the scenario's folder, or an absolute path."""
+    """URDF of an arm that brings none, beside the scenario or absolute."""
     flange: str = ""
     """Link of that URDF that carries the tool."""
     firmware: Literal["v3", "v4"] = "v3"
@@ -46,13 +46,13 @@ class End:
     tool_output: Annotated[int, Bounds(1, 2)] = 1
     """Digital output at the flange that closes the gripper."""
     load: Annotated[float, Bounds(0.0, 5.0, "kg")] = 0.0
-    """Mass of the gripper and what it holds; a CR5 reports a collision if it is wrong."""
+    """Mass of the gripper and what it holds; if wrong, a CR5 reports a collision."""
     load_center: Annotated[Vector, Bounds(-0.5, 0.5, "m")] = (0.0, 0.0, 0.0)
     """Centre of that mass in the flange's frame."""
     collision_level: Annotated[int, Bounds(0, 5)] = 3
-    """Sensitivity of a CR5's collision detection: 0 is off, 5 is the most sensitive."""
+    """Sensitivity of a CR5's collision detection; 0 is off."""
     calibrated: bool = False
-    """Whether the emulated arm's kinematics differ from the nominal ones, as a real arm's do."""
+    """Whether the emulated arm differs from the nominal one, as a real arm does."""
 
     def __post_init__(self) -> None:
         if self.driver == "fixed" and self.rotates:

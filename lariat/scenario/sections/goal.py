@@ -56,16 +56,16 @@ TERMS = tuple(term.name for term in fields(GoalTerms))
 
 @dataclass(frozen=True)
 class Shape(GoalTerms):
-    """Shape of the rope, given by two grips with the rope at rest between them, or by its nodes."""
+    """Shape of the rope, by two grips between which it rests, or by its nodes."""
 
     line: tuple[Position, Position] | None = None
     """Positions of the left and the right grip; the rope rests between them."""
     nodes: str = ""
     """CSV file in the scenario's folder: rows x, y, z [m], left end first."""
     left_orientation: Quaternion | None = None
-    """Orientation of the left grip; by default it points along the rope."""
+    """Orientation of the left grip; by default along the rope."""
     right_orientation: Quaternion | None = None
-    """Orientation of the right grip; by default it points along the rope."""
+    """Orientation of the right grip; by default along the rope."""
 
     def __post_init__(self) -> None:
         if (self.line is None) == (self.nodes == ""):

@@ -37,10 +37,9 @@ class Limits(MotionLimits):
     spacing: Annotated[float, Bounds(0.0, 1.0, "m")] = 0.03
     """Least distance between the two grips."""
     overstretch: Annotated[float, Bounds(0.1, 1.0)] = 0.99
-    """Largest distance between the grips, measured around obstacles, as a fraction of the rope's
-    length."""
+    """Largest distance between the grips around obstacles, in rope lengths."""
     pull: Annotated[float, Bounds(0.1, 200.0, "N")] = 20.0
-    """Largest change of the contact force at a gripper since arming, if its arm measures forces."""
+    """Largest change of a gripper's contact force since arming."""
 
     @property
     def gripper_reach(self) -> float:

@@ -12,7 +12,7 @@ from lariat.scenario.sections.rope import PlantRope
 
 @dataclass(frozen=True)
 class TrueGrip:
-    """Error of a grip: where the rope is truly held, in the frame of the grip that is believed."""
+    """Error of a grip: where the rope is truly held, in the believed grip's frame."""
 
     offset: Annotated[Vector, Bounds(-0.05, 0.05, "m")] = (0.0, 0.0, 0.0)
     """Position at which the rope is held."""
@@ -56,9 +56,9 @@ class Plant:
     table_color: Color = (12, 12, 12)
     """Colour of the table and of every other half space."""
     camera_shift: Annotated[Vector, Bounds(-1.0, 1.0, "m")] = (0.0, 0.0, 0.0)
-    """Displacement of the true camera from its pose in `[sensing]`."""
+    """Displacement of the true camera from `[sensing]`."""
     camera_turn: Annotated[Vector, Bounds(-90.0, 90.0, "deg")] = (0.0, 0.0, 0.0)
-    """Rotation vector of the true camera from its pose in `[sensing]`, in the world frame."""
+    """Rotation vector of the true camera from `[sensing]`, in the world."""
 
     def __post_init__(self) -> None:
         if self.slip.side and self.model != "links":

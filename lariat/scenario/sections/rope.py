@@ -59,6 +59,6 @@ class PlantRope:
     """As in `[rope]`; for the models `rod` and `links`."""
     drag_coefficient: Annotated[float, Bounds(0.0, 100.0)] | None = None
     stiffness_profile: tuple[float, ...] = ()
-    """Factors on the bending stiffness at evenly spaced points along the rope, left end first."""
+    """Factors on the stiffness at even distances along the rope, left end first."""
     rest_curvature: Annotated[Vector, Bounds(-200.0, 200.0, "1/m")] = (0.0, 0.0, 0.0)
-    """Curvature (two) and twist per length of the unloaded rope, in its material frame."""
+    """Curvature (two) and twist per length of the unloaded rope."""

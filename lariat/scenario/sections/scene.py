@@ -27,7 +27,7 @@ class Waypoint:
 
 @dataclass(frozen=True)
 class Region:
-    """Region that the rope must not leave, neither on the way nor at its goal; each one counts."""
+    """Region that the rope must not leave; each one counts."""
 
     shape: SolidName
     """Shape of the region; cylinder, capsule and cone have their axis along z."""
@@ -58,7 +58,7 @@ class Region:
 
 @dataclass(frozen=True)
 class Obstacle:
-    """Obstacle that the rope must not touch, or a support that it may lean on."""
+    """Obstacle that the rope must not touch, or support that it may lean on."""
 
     shape: ShapeName
     """Shape of the obstacle; cylinder, capsule and cone have their axis along z."""
@@ -82,13 +82,13 @@ class Obstacle:
     """Waypoints to which it moves from `position` in every run, along straight lines and at a
     constant speed on each; empty: it stands still."""
     marker: Annotated[int, Bounds(0, 49)] | None = None
-    """Id of the ArUco marker (4x4_50) on its upper face, if it has one."""
+    """Id of the ArUco marker (4x4_50) on its upper face."""
     marker_size: Annotated[float, Bounds(0.005, 1.0, "m")] = 0.04
     """Edge length of the marker's black square."""
     stands_at: Position | None = None
     """True position in simulation, found by the marker only; by default `position`."""
     stands_turned: Annotated[float, Bounds(-180.0, 180.0, "deg")] = 0.0
-    """True rotation about the world's z in simulation, relative to `orientation`."""
+    """True rotation about the world's z in simulation."""
 
     def __post_init__(self) -> None:
         if self.marker is None and (self.stands_at is not None or self.stands_turned != 0.0):

@@ -55,9 +55,9 @@ class Sensing:
     """Perception of the rope, and its camera."""
 
     source: Literal["truth", "camera"] = "truth"
-    """Source of the rope's nodes: the simulation itself, or images with depth."""
+    """Source of the rope's nodes; `camera`: images with depth."""
     method: Annotated[str, PERCEPTION_METHODS] = "ridge"
-    """Method that finds the rope in images: this project's, the paper's or an own class."""
+    """Method that finds the rope in images."""
     resolution: tuple[int, int] = (640, 480)
     """Width and height of the images in pixels."""
     field_of_view: Annotated[float, Bounds(10.0, 120.0, "deg")] = 65.0
@@ -75,22 +75,21 @@ class Sensing:
     latency: Annotated[float, Bounds(0.0, 1.0, "s")] = 0.02
     """Time from exposure to the publication of an image."""
     node_noise: Annotated[float, Bounds(0.0, 0.1, "m")] = 0.0
-    """Standard deviation of the noise on each coordinate of a node, if `source` is `truth`."""
+    """Standard deviation of a node's coordinate, if `source` is `truth`."""
     depth_noise: Annotated[float, Bounds(0.0, 0.05, "m")] = 0.0015
-    """Standard deviation of the noise on each pixel's depth in simulation."""
+    """Standard deviation of a pixel's depth in simulation."""
     depth_bias: Annotated[float, Bounds(-0.05, 0.05, "m")] = 0.0
     """Constant error of the depth in simulation."""
     depth_quantum: Annotated[float, Bounds(1e-5, 0.01, "m")] = 0.001
     """Quantisation step of the depth in simulation."""
     edge_dropout: Annotated[float, Bounds(0.0, 1.0)] = 0.5
-    """Fraction of the pixels at depth edges without a measurement, in simulation."""
+    """Share of pixels at edges without depth in simulation."""
     threshold: Annotated[int, Bounds(1, 254)] = 128
-    """Brightness, or likeness to `rope_color`, above which a pixel belongs to the rope."""
+    """Brightness, or likeness to `rope_color`, above which a pixel is rope."""
     rope_color: Color | None = None
-    """Red, green, blue of the fully lit rope, 0…255; by default the rope is found by its
-    brightness."""
+    """Red, green, blue of the lit rope; by default its brightness tells it."""
     outside: bool = False
-    """Whether a camera process publishes the images instead of the simulation."""
+    """Whether a camera process publishes the images."""
 
     def __post_init__(self) -> None:
         check_resolution(self.resolution)

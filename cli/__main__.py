@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 
+from lariat.plain_text import plain_text
 from lariat.suggestion import did_you_mean
 from shared.runtime.closed_pipe import ending_with_the_reader
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
@@ -133,7 +134,7 @@ def _report(error: Exception) -> int:
     from stack.client import RequestFailed
 
     if isinstance(error, RequestFailed | Unreachable):
-        print(f"lariat: {error}", file=sys.stderr)
+        _refuse(str(error))
         return FAILURE
     if isinstance(error, ConfigurationError | BusError):
         return _refuse(str(error))
@@ -184,7 +185,7 @@ def _missing(prog: str, module: str, error: ImportError) -> str:
 
 
 def _refuse(line: str) -> int:
-    print(f"lariat: {line}", file=sys.stderr)
+    print(f"lariat: {plain_text(line)}", file=sys.stderr)
     return BAD_INPUT
 
 

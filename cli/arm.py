@@ -11,6 +11,7 @@ import tyro
 
 from cli.held_key import held_key
 from cli.task import LOCAL, CellOptions
+from lariat.plain_text import plain_text
 from lariat.scenario import Side
 from shared.messages import ArmCommand, ArmStates
 from stack.approach import approach as approach_start
@@ -140,7 +141,7 @@ def summary_line(state: ArmStates) -> str:
     elif state.needs_approach:
         distance = 1e3 * state.approach_distance
         words += f" (go to the start with `lariat approach {distance:.0f}`)"
-    return words
+    return plain_text(words)
 
 
 def device_lines(state: ArmStates) -> Iterator[str]:

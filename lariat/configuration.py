@@ -14,6 +14,7 @@ from importlib.metadata import entry_points
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from lariat.files.toml_text import parse_toml
+from lariat.plain_text import is_plain, plain_text
 from lariat.suggestion import did_you_mean
 
 T = TypeVar("T")
@@ -41,7 +42,7 @@ def reason_of(error: Exception) -> str:
             text = str(error)
         case _:
             text = f"{type(error).__name__}: {error}"
-    return " ".join(text.split())[:MAX_REASON_LENGTH]
+    return plain_text(" ".join(text.split())[:MAX_REASON_LENGTH])
 
 
 @contextmanager
@@ -233,7 +234,7 @@ def _check_text(value: str, key: str) -> None:
     Raises:
         ConfigurationError: It is too long, or has control characters.
     """
-    if len(value) > MAX_TEXT_LENGTH or not all(c.isprintable() or c in "\n\t" for c in value):
+    if len(value) > MAX_TEXT_LENGTH or not is_plain(value):
         raise ConfigurationError(
             f"{key} = {value[:60]!r} has {len(value)} characters; give up to {MAX_TEXT_LENGTH}, "
             "and no control characters"

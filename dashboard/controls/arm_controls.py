@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable
 
 import viser
@@ -11,6 +10,7 @@ from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
 from dashboard.controls.status_text import StatusLine
+from dashboard.markup import escaped
 from dashboard.outbox import Notification, Outbox
 from lariat.scenario import SIDES, Side
 from lariat.trajectory import SECOND
@@ -128,7 +128,7 @@ class ArmControls:
             return
         if abs(arms.stamp - self._arm_status_stamp) >= ARM_STATUS_PERIOD:
             self._arm_status_stamp = arms.stamp
-            text = "<br>".join(html.escape(status_text.arm_status(a)) for a in arms.arms)
+            text = "<br>".join(escaped(status_text.arm_status(a)) for a in arms.arms)
             self._arm_status.content = (
                 f'<div style="margin:.3em 1em;font-size:.8em;opacity:.75">{text}</div>'
             )

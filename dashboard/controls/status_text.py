@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dashboard import palette
+from dashboard.markup import escaped
 from dashboard.palette import Color
 from dashboard.subscriptions import STALE_AGE
 from shared import messages
@@ -167,7 +167,7 @@ def as_html(line: StatusLine, size: str = "1.05em", margin: str = "0.6em 1em") -
     """HTML of a status line."""
     detail = (
         f'<div style="opacity:.75;font-size:.85em;margin-top:.25em;line-height:1.35">'
-        f"{html.escape(line.detail)}</div>"
+        f"{escaped(line.detail)}</div>"
         if line.detail
         else ""
     )
@@ -175,5 +175,5 @@ def as_html(line: StatusLine, size: str = "1.05em", margin: str = "0.6em 1em") -
         f'<div style="margin:{margin};display:flex;gap:.6em;align-items:baseline">'
         f'<span style="flex:none;width:.7em;height:.7em;border-radius:50%;'
         f'background:{palette.css(line.color)};box-shadow:0 0 .5em {palette.css(line.color, 0.6)}">'
-        f'</span><div style="font-size:{size}"><b>{html.escape(line.text)}</b>{detail}</div></div>'
+        f'</span><div style="font-size:{size}"><b>{escaped(line.text)}</b>{detail}</div></div>'
     )

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import html
-
 import viser
 
 from dashboard import palette
-from dashboard.panels.note import note_html, text_html
+from dashboard.markup import escaped, note_html, text_html
 from shared.cell_checks import CellChecks, CheckResult
 
 INTRODUCTION = (
@@ -38,10 +36,10 @@ def list_html(results: tuple[CheckResult, ...]) -> str:
     """HTML of results."""
     rows = []
     for result in results:
-        color = f"color:rgb{palette.BAD}" if result.outcome == "failed" else ""
+        color = f"color:{palette.text_css(palette.BAD)}" if result.outcome == "failed" else ""
         rows.append(
-            f"<tr style='{color}'><td style='width:1.4em'>{MARKS[result.outcome]}</td>"
-            f"<td>{html.escape(result.title)}"
+            f"<tr style='{color}'><td style='width:1.4em'>{escaped(MARKS[result.outcome])}</td>"
+            f"<td>{escaped(result.title)}"
             f"<div style='opacity:.75'>{text_html(result.detail)}</div></td></tr>"
         )
     return (

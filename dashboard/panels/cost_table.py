@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Mapping
 
 from dashboard import palette
+from dashboard.markup import escaped
 
 
 def cost_html(cost: Mapping[str, float]) -> str:
@@ -17,9 +17,9 @@ def cost_html(cost: Mapping[str, float]) -> str:
     if not terms:
         return ""
     rows = "".join(
-        f"<tr><td>{html.escape(name.replace('_', ' '))}</td>"
+        f"<tr><td>{escaped(name.replace('_', ' '))}</td>"
         f"<td style='text-align:right'>{value:.3g}</td>"
-        f"<td style='width:45%'>{_bar(max(value, 0.0) / total if total > 0.0 else 0.0)}</td></tr>"
+        f"<td style='width:45%'>{_bar_html(max(value, 0.0) / (total or 1.0))}</td></tr>"
         for name, value in terms
     )
     head = "<div style='font-size:.85em;margin:.4em 1em 0'>Cost of the horizon by term</div>"
@@ -27,7 +27,7 @@ def cost_html(cost: Mapping[str, float]) -> str:
     return f"{head}<table style='{style}'>{rows}</table>"
 
 
-def _bar(share: float) -> str:
+def _bar_html(share: float) -> str:
     return (
         f"<div style='height:.5em;border-radius:.2em;width:{100.0 * share:.0f}%;"
         f"background:{palette.css(palette.BUSY)}'></div>"

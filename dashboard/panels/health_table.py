@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from dashboard import palette
+from dashboard.markup import escaped
 from dashboard.palette import Color
 from dashboard.subscriptions import STALE_AGE
 from shared.messages import Health, RecordState, StackState
@@ -72,7 +72,7 @@ def table_html(
         message, age = health.get(name, (None, 0.0))
         process = processes.get(name)
         state = service_state(message, age, process.state if process is not None else "")
-        restarts = f" ×{process.restarts}" if process is not None and process.restarts else ""
+        restarts = f" ×{process.restarts:d}" if process is not None and process.restarts else ""
         numbers = (
             (
                 f"{message.step_p50_ms:.1f} / {message.step_p99_ms:.1f}",
@@ -84,20 +84,20 @@ def table_html(
             if message is not None
             else ("–",) * 5
         )
-        cells = "".join(f"<td style='text-align:right'>{n}</td>" for n in numbers)
+        cells = "".join(f"<td style='text-align:right'>{escaped(n)}</td>" for n in numbers)
         rows.append(
-            f"<tr><td>{html.escape(name.replace('_', ' '))}</td>"
-            f"<td style='color:{palette.text_css(state.color)};white-space:nowrap'>● {state.word}"
-            f"{restarts}</td>{cells}</tr>"
+            f"<tr><td>{escaped(name.replace('_', ' '))}</td>"
+            f"<td style='color:{palette.text_css(state.color)};white-space:nowrap'>"
+            f"● {escaped(state.word)}{restarts}</td>{cells}</tr>"
         )
         if message is not None and message.note:
             rows.append(
                 f"<tr><td colspan='7' style='opacity:.65;padding-bottom:.4em'>"
-                f"{html.escape(message.note)}</td></tr>"
+                f"{escaped(message.note)}</td></tr>"
             )
     heads = ("", "state", "step p50 / p99 [ms]", "period [ms]", "overruns", "refused", "age [s]")
     head = "".join(
-        f"<th style='font-weight:500;opacity:.6;text-align:left'>{h}</th>" for h in heads
+        f"<th style='font-weight:500;opacity:.6;text-align:left'>{escaped(h)}</th>" for h in heads
     )
     return (
         "<div style='margin:.5em .6em;overflow-x:auto'><table style='font-size:.78em;"
@@ -117,5 +117,5 @@ def recorder_html(record: RecordState | None) -> str:
         text = f"Not recording{f'; last file {record.file}' if record.file else ''}"
     return (
         f"<div style='margin:.4em 1em;font-size:.8em;opacity:.8;word-break:break-all'>"
-        f"{html.escape(text)}</div>"
+        f"{escaped(text)}</div>"
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections import deque
 
@@ -11,6 +10,7 @@ import viser
 
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
+from dashboard.markup import escaped, note_html
 from dashboard.outbox import Outbox
 from dashboard.panels.chart import (
     REFRESH_PERIOD,
@@ -18,7 +18,6 @@ from dashboard.panels.chart import (
     add_estimate_chart,
     with_marks,
 )
-from dashboard.panels.note import note_html
 from lariat.rope_parameters import PUBLISHED, Values
 from lariat.scenario import SIDES, Scenario
 from lariat.scenario.rod_properties import rod_properties
@@ -173,10 +172,10 @@ def true_values(scenario: Scenario) -> dict[str, float]:
 def table_html(parameters: list[NamedParameter]) -> str:
     """HTML table of values, standard deviations and units."""
     rows = "".join(
-        f"<tr><td>{html.escape(p.name.replace('_', ' '))}</td>"
+        f"<tr><td>{escaped(p.name.replace('_', ' '))}</td>"
         f"<td style='text-align:right'>{p.value:.4g}</td>"
         f"<td style='opacity:.7'>{f'± {p.standard_deviation:.2g}' if p.standard_deviation else ''}"
-        f"</td><td style='opacity:.7'>{html.escape(p.unit)}</td></tr>"
+        f"</td><td style='opacity:.7'>{escaped(p.unit)}</td></tr>"
         for p in parameters
     )
     return (

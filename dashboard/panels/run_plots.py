@@ -10,9 +10,9 @@ import numpy as np
 import viser
 
 from dashboard import palette
+from dashboard.markup import note_html
 from dashboard.panels.chart import EARLIER_RUNS, REFRESH_PERIOD, Curve, add_chart, overlay
 from dashboard.panels.cost_table import cost_html
-from dashboard.panels.note import note_html
 from lariat.scenario import Scenario
 from lariat.trajectory import SECOND
 from shared.history import History

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Mapping
 
 from dashboard import palette
+from dashboard.markup import escaped
 from dashboard.subscriptions import STALE_AGE
 from shared.messages import Health
 
@@ -34,8 +34,9 @@ def ages_html(health: Mapping[str, tuple[Health, float]]) -> str:
         color = palette.css(palette.WARNING if age > STALE_AGE else palette.QUIET)
         text = f"{1e3 * age:.0f} ms" if age < 1.0 else f"{age:.1f} s"
         rows.append(
-            f"<tr><td>{html.escape(key)}</td><td style='text-align:right;color:{color}'>{text}</td>"
-            f"<td style='opacity:.65'>{html.escape(reader.replace('_', ' '))}</td></tr>"
+            f"<tr><td>{escaped(key)}</td>"
+            f"<td style='text-align:right;color:{color}'>{escaped(text)}</td>"
+            f"<td style='opacity:.65'>{escaped(reader.replace('_', ' '))}</td></tr>"
         )
     if not rows:
         return ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 from dashboard import palette
+from dashboard.markup import escaped
 from dashboard.palette import Color
 from dashboard.scene.bending import LEAST_RADIUS
 from dashboard.scene.certainty import UNCERTAIN_SIGMA
@@ -61,14 +62,14 @@ LEGEND_ENTRIES = (
 def legend_html(coloring: Coloring) -> str:
     """HTML of the legend."""
     rows = "".join(
-        f"<div style='display:flex;gap:.7em;align-items:center'>{_swatch(e.shape, e.color)}"
-        f"<span>{e.text}</span></div>"
+        f"<div style='display:flex;gap:.7em;align-items:center'>{_swatch_html(e.shape, e.color)}"
+        f"<span>{escaped(e.text)}</span></div>"
         for e in (*ROPE_ENTRIES[coloring], *LEGEND_ENTRIES)
     )
     return f"<div style='margin:.5em 1em;font-size:.8em;line-height:1.7;opacity:.9'>{rows}</div>"
 
 
-def _swatch(shape: Shape, color: Color) -> str:
+def _swatch_html(shape: Shape, color: Color) -> str:
     """HTML of a sample of a shape."""
     css = palette.css(color)
     look = {

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import html
 import re
 from functools import cache
 from pathlib import Path
 
 import viser
+
+from dashboard.markup import escaped
 
 BROWSER = Path(__file__).parent / "browser"
 """Folder of the scripts and styles around viser's page."""
@@ -33,9 +34,9 @@ _STYLE = (
 )
 
 
-def refusal(title: str, text: str) -> str:
+def refusal(title: str, text_html: str) -> str:
     """HTML of a refused request."""
-    return _document(title, f"<h1>{html.escape(title)}</h1><p>{text}</p>")
+    return _document(title, f"<h1>{escaped(title)}</h1><p>{text_html}</p>")
 
 
 def entrance(path: str) -> str:
@@ -44,8 +45,8 @@ def entrance(path: str) -> str:
     A browser does not send the new cookie with a redirect of a link from another site, but does
     with a step that this page takes.
     """
-    refresh = f'<meta http-equiv="refresh" content="0;url={html.escape(path)}">'
-    return _document("Lariat", f'<p><a href="{html.escape(path)}">Open the page</a></p>', refresh)
+    refresh = f'<meta http-equiv="refresh" content="0;url={escaped(path)}">'
+    return _document("Lariat", f'<p><a href="{escaped(path)}">Open the page</a></p>', refresh)
 
 
 def login(note: str = "") -> str:
@@ -55,16 +56,21 @@ def login(note: str = "") -> str:
         "<h1>Lariat</h1><form method=post action=/login>"
         "<input type=password name=password aria-label=Password autofocus required "
         "autocomplete=current-password> <button>Enter</button></form>"
-        f"<p role=alert>{html.escape(note)}</p>",
+        f"<p role=alert>{escaped(note)}</p>",
     )
 
 
 @cache
-def page(title: str, with_cell: bool) -> str:
+def page(title: str, with_cell: bool, nonce: str) -> str:
     """HTML of viser's page, with title and icon of this one.
 
     The scripts of a cell come before all others, so that the stop bar's key handler is the first
-    that sees a key.
+    that sees a key. viser's script unpacks another one, which it puts into the page.
+
+    Args:
+        title: Title of the window.
+        with_cell: Whether the page has a stop bar.
+        nonce: Word that tells the page's own scripts from any that a text brings along.
 
     Raises:
         RuntimeError: viser's page has no place for them.
@@ -74,14 +80,16 @@ def page(title: str, with_cell: bool) -> str:
     for name in (*CELL_PARTS, *PARTS) if with_cell else PARTS:
         script = name.endswith(".js")
         parts += (
-            f'<script src="{name}"></script>'
+            f'<script src="{escaped(name)}"></script>'
             if script
-            else f'<link rel="stylesheet" href="{name}">'
+            else f'<link rel="stylesheet" href="{escaped(name)}">'
         )
     for pattern, new in (
         (r'<link\s+rel="icon".*?/>', f'<link rel="icon" href="{_ICON}">'),
-        (r"<title>.*?</title>", f"<title>{html.escape(title)}</title>"),
+        (r"<title>.*?</title>", f"<title>{escaped(title)}</title>"),
         ("<head>", f"<head>{parts}"),
+        ("<script data-p=", f'<script nonce="{escaped(nonce)}" data-p='),
+        ('e.type="module";', f'e.type="module";e.nonce="{escaped(nonce)}";'),
     ):
         text, count = re.subn(pattern, lambda _, new=new: new, text, flags=re.DOTALL)
         if count != 1:
@@ -89,9 +97,9 @@ def page(title: str, with_cell: bool) -> str:
     return text
 
 
-def _document(title: str, body: str, head: str = "") -> str:
+def _document(title: str, body_html: str, head_html: str = "") -> str:
     return (
-        f'<!doctype html><html lang=en><head><meta charset=utf-8>{head}<meta name="viewport" '
-        f'content="width=device-width,initial-scale=1"><title>{html.escape(title)}</title>'
-        f"<style>{_STYLE}</style></head><body>{body}</body></html>"
+        f'<!doctype html><html lang=en><head><meta charset=utf-8>{head_html}<meta name="viewport" '
+        f'content="width=device-width,initial-scale=1"><title>{escaped(title)}</title>'
+        f"<style>{_STYLE}</style></head><body>{body_html}</body></html>"
     )

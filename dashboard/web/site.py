@@ -9,6 +9,7 @@ from dashboard.options import DashboardOptions
 from dashboard.web.cell_socket import Cell
 from dashboard.web.private_viser import PrivateViser
 from dashboard.web.web_server import WebServer
+from lariat.plain_text import plain_text
 
 NOTIFICATION_DURATION = 8.0
 """Time for which a notification is shown [s]."""
@@ -53,5 +54,8 @@ def notify(server: viser.ViserServer, title: str, body: str) -> None:
     """Show a warning in every open browser."""
     for client in server.get_clients().values():
         client.add_notification(
-            title, body, auto_close_seconds=NOTIFICATION_DURATION, color=palette.BAD
+            plain_text(title),
+            plain_text(body),
+            auto_close_seconds=NOTIFICATION_DURATION,
+            color=palette.BAD,
         )

@@ -12,6 +12,7 @@ from urllib.parse import quote
 
 from aiohttp import web
 
+from dashboard.markup import escaped
 from dashboard.options import DashboardOptions
 from dashboard.web import html
 from dashboard.web.access import COOKIE, Access, Address, parse_address
@@ -32,6 +33,8 @@ MAX_LOGINS = 8
 SHUTDOWN_TIMEOUT = 0.5
 """Time that open connections get to end [s]."""
 
+NONCE_BYTES = 16
+"""Random bytes of the word that the page's own scripts know."""
 HEADERS = {
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",
@@ -39,16 +42,17 @@ HEADERS = {
     "X-Frame-Options": "DENY",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
-    # The page's scripts stand in its HTML. It speaks to this server alone, and no site frames it.
+    # Scripts are this server's, and those of viser's page that know the nonce. The page speaks to
+    # this server alone, has no frames, and no site frames it.
     "Content-Security-Policy": (
-        "default-src 'none'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval' blob:; "
+        "default-src 'none'; script-src 'self' 'nonce-{nonce}' 'wasm-unsafe-eval'; "
         "worker-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; font-src 'self' data:; "
         "img-src 'self' data: blob:; media-src 'self' data: blob:; "
         "connect-src 'self' data: blob:; form-action 'self'; base-uri 'none'; "
         "frame-ancestors 'none'"
     ),
 }
-"""Headers of every answer."""
+"""Headers of every answer; the nonce is new with every start."""
 
 MAX_PORT = 65535
 """Largest TCP port."""
@@ -84,6 +88,10 @@ class WebServer:
         self.address = f"{first}/?token={token}" if first.is_loopback else f"{first}/"
         """Address that a person opens; on a loopback name it holds the token."""
         self._title = title
+        self._nonce = secrets.token_urlsafe(NONCE_BYTES)
+        self._headers = {
+            name: text.replace("{nonce}", self._nonce) for name, text in HEADERS.items()
+        }
         controls = Controls() if cell else None
         self._cell_socket = CellSocket(cell, controls) if cell and controls else None
         self._relay = Relay(viser_socket, controls)
@@ -154,9 +162,9 @@ class WebServer:
                 content_type="text/html",
             )
             if error.content_type != "text/html":
-                answer.text = html.refusal(error.reason, error.text or "")
+                answer.text = html.refusal(error.reason, escaped(error.text or ""))
         if not answer.prepared:
-            answer.headers.update(HEADERS)
+            answer.headers.update(self._headers)
         return answer
 
     def _judge(self, request: web.Request) -> None:
@@ -245,7 +253,7 @@ class WebServer:
         return answer
 
     async def _show_page(self, request: web.Request) -> web.StreamResponse:
-        text = html.page(self._title, self._cell_socket is not None)
+        text = html.page(self._title, self._cell_socket is not None, self._nonce)
         return web.Response(text=text, content_type="text/html")
 
 

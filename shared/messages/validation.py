@@ -14,6 +14,7 @@ from typing import Any
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import DecodeError, Message
 
+from lariat.plain_text import is_plain, plain_text
 from shared import messages
 from shared.messages.checks import arms, rope, runs, scene, task
 from shared.messages.checks.values import MAX_INTEGER, MAX_MAGNITUDE, all_within, check_integer
@@ -28,7 +29,7 @@ MAX_TEXT_LENGTH = 4096
 
 
 def decode(topic: Topic, payload: bytes) -> Any:
-    """Decode a message of a topic and check it.
+    """Decode a message of a topic and check it; its texts get escapes for control characters.
 
     Raises:
         ValueError: The bytes are no valid message of this topic; the text says why.
@@ -65,6 +66,19 @@ def _check_fields(message: Message) -> None:
                     raise ValueError(f"{field.name} = {item} is not a value of the enum")
         else:
             _check_scalars(field, values)
+            if field.type == FieldDescriptor.TYPE_STRING and not all(map(is_plain, values)):
+                _make_plain(message, field)
+
+
+def _make_plain(message: Message, field: FieldDescriptor) -> None:
+    """Replace control characters in a text, or in several."""
+    value = getattr(message, field.name)
+    if field.is_repeated:
+        texts = [plain_text(text) for text in value]
+        del value[:]
+        value.extend(texts)
+    else:
+        setattr(message, field.name, plain_text(value))
 
 
 def _check_scalars(field: FieldDescriptor, values: Sequence[Any]) -> None:

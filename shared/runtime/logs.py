@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
+from lariat.plain_text import plain_text
 from shared.messages import timestamp
 
 if TYPE_CHECKING:
@@ -22,7 +23,15 @@ _FOXGLOVE_LEVELS = {
 }
 
 
-class LineFormatter(logging.Formatter):
+class PlainFormatter(logging.Formatter):
+    """Formatter of text, as it stands in a record, without control characters."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the record as text."""
+        return plain_text(super().format(record))
+
+
+class LineFormatter(PlainFormatter):
     """Formatter that puts the level before every record that is not information."""
 
     def format(self, record: logging.LogRecord) -> str:
@@ -39,7 +48,7 @@ class BusHandler(logging.Handler):
         super().__init__(logging.INFO)
         self._publisher = publisher
         self._service = service
-        self.setFormatter(logging.Formatter())
+        self.setFormatter(PlainFormatter())
 
     def emit(self, record: logging.LogRecord) -> None:
         """Publish one record."""

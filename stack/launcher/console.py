@@ -6,6 +6,8 @@ import logging
 import sys
 from typing import TextIO
 
+from lariat.plain_text import plain_text
+
 _NAME_COLORS = (36, 33, 32, 35, 34, 96, 93, 92, 95, 94)
 _LEVEL_COLORS = {"error": 31, "warning": 33}
 
@@ -28,6 +30,7 @@ class ProcessConsole:
             level: "error" or "warning", which are coloured; by default the word before the line's
                 first colon.
         """
+        text = plain_text(text)
         level = level or text.partition(":")[0]
         color = _LEVEL_COLORS.get(level)
         if not self._colored:

@@ -17,6 +17,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
 
+from lariat.plain_text import plain_text
 from shared import topics
 from shared.bus import Bus
 from shared.messages import (
@@ -232,7 +233,7 @@ class Launcher:
                     self._change(process, "ready")
 
     def _print(self, process: Process) -> None:
-        for line in process.lines():
+        for line in map(plain_text, process.lines()):
             self._console.print_line(process.program.name, line)
             if process.program.saves:
                 process.last_line = time.monotonic()

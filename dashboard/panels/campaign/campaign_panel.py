@@ -10,10 +10,10 @@ import viser
 
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
+from dashboard.markup import note_html
 from dashboard.outbox import Notification, Outbox
 from dashboard.panels.campaign.campaign_view import groups_html, progress_html, trials_html
 from dashboard.panels.campaign.value_list import values_of
-from dashboard.panels.note import note_html
 from dashboard.panels.scenario.setting_fields import SettingField, sections
 from lariat.configuration import ConfigurationError
 from lariat.scenario import Scenario

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Sequence
 
@@ -10,8 +9,8 @@ import numpy as np
 
 from dashboard import palette
 from dashboard.controls.status_text import format_millimeters
+from dashboard.markup import escaped, note_html
 from dashboard.panels.campaign.value_list import plain_value
-from dashboard.panels.note import note_html
 from shared.messages import CampaignState, CampaignTrial
 
 DONE, BROKEN = CampaignTrial.DONE, CampaignTrial.BROKEN
@@ -53,11 +52,11 @@ def progress_html(campaign: CampaignState | None) -> str:
     title = campaign.scenario
     if count := campaign.setting_count:
         title += f" with {count} change{'s' * (count > 1)}"
-    file = f"<br><span style='opacity:.7'>{html.escape(campaign.file)}</span>" * bool(campaign.file)
+    file = f"<br><span style='opacity:.7'>{escaped(campaign.file)}</span>" * bool(campaign.file)
     share = 100.0 * over / max(len(trials), 1)
     return (
         "<div style='margin:.5em 1em;font-size:.85em;line-height:1.5;overflow-wrap:anywhere'>"
-        f"<b>{html.escape(title)}</b><br>{html.escape(' · '.join(parts))}{file}"
+        f"<b>{escaped(title)}</b><br>{escaped(' · '.join(parts))}{file}"
         f"<div style='height:6px;border-radius:3px;background:{palette.css(palette.QUIET, 0.3)}'>"
         f"<div style='height:6px;border-radius:3px;width:{share:.1f}%;"
         f"background:{palette.css(palette.BUSY)}'></div></div></div>"
@@ -144,8 +143,7 @@ def _table(
         height: Height from which on it scrolls [pixels].
     """
     head = "".join(
-        f"<th style='text-align:left;font-weight:500;opacity:.6'>{html.escape(h)}</th>"
-        for h in heads
+        f"<th style='text-align:left;font-weight:500;opacity:.6'>{escaped(h)}</th>" for h in heads
     )
     body = ""
     for cells, color in rows:
@@ -153,7 +151,7 @@ def _table(
         styles[verdict] = f"color:{palette.text_css(color)}"
         body += "<tr>"
         body += "".join(
-            f"<td style='{style}'>{html.escape(text)}</td>"
+            f"<td style='{style}'>{escaped(text)}</td>"
             for style, text in zip(styles, cells, strict=True)
         )
         body += "</tr>"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -12,6 +11,7 @@ from enum import IntEnum
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from dashboard import palette
+from dashboard.markup import escaped
 from dashboard.panels.events.advice import advice
 from lariat.trajectory import SECOND
 from shared.messages import FAILED, IDLE, PAUSED, REACHED, RUNNING, ArmStates, TaskState
@@ -165,14 +165,12 @@ def list_html(events: Iterable[Event]) -> str:
     rows = []
     for event in list(events)[:MAX_SHOWN]:
         at = datetime.fromtimestamp(event.time / SECOND, UTC).astimezone()
-        times = f" ×{event.count}" if event.count > 1 else ""
-        todo = (
-            f"<div style='opacity:.75'>→ {html.escape(event.advice)}</div>" if event.advice else ""
-        )
+        times = f" ×{event.count:d}" if event.count > 1 else ""
+        todo = f"<div style='opacity:.75'>→ {escaped(event.advice)}</div>" if event.advice else ""
         rows.append(
             f"<div style='margin:.35em 0'><span style='color:{palette.css(_COLORS[event.level])}'>●"
-            f"</span> <span style='opacity:.6'>{at:%H:%M:%S} {html.escape(event.source)}{times}"
-            f"</span><br>{html.escape(event.text)}{todo}</div>"
+            f"</span> <span style='opacity:.6'>{at:%H:%M:%S} {escaped(event.source)}{times}"
+            f"</span><br>{escaped(event.text)}{todo}</div>"
         )
     content = "".join(rows) or "<div style='opacity:.7'>Nothing of this kind yet.</div>"
     style = "margin:.4em 1em;font-size:.8em;line-height:1.3;max-height:480px;overflow:auto"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 import threading
 from functools import partial
@@ -14,6 +13,7 @@ from jaxtyping import Float64, UInt8
 
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
+from dashboard.markup import escaped
 from dashboard.outbox import Outbox
 from dashboard.panels.camera_image import decode
 from dashboard.scene.tube_view import TubeView
@@ -221,11 +221,11 @@ def marks_html(motion: RunMotion) -> str:
     """HTML list of what happened in a run."""
     rows = "".join(
         f"<tr><td style='text-align:right;white-space:nowrap'>{mark.time:.2f} s</td>"
-        f"<td>{html.escape(mark.text)}</td></tr>"
+        f"<td>{escaped(mark.text)}</td></tr>"
         for mark in motion.marks
     )
     style = "font-size:.8em;border-spacing:.6em .2em;font-variant-numeric:tabular-nums"
-    head = f"<div style='font-size:.85em;margin:.3em .6em'>{html.escape(motion.run)}</div>"
+    head = f"<div style='font-size:.85em;margin:.3em .6em'>{escaped(motion.run)}</div>"
     body = (
         f"<div style='max-height:120px;overflow:auto'><table style='{style}'>{rows}</table></div>"
     )

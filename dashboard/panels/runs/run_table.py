@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Collection, Iterable, Sequence
 from datetime import UTC, datetime
 
 from dashboard import palette
 from dashboard.controls.status_text import format_millimeters
+from dashboard.markup import escaped
 from lariat.trajectory import SECOND
 from shared.messages import RunSummary
 
@@ -50,7 +50,7 @@ def table_html(runs: Sequence[RunSummary], selected: Collection[str]) -> str:
         return "<div style='margin:.5em 1em;opacity:.8'>No run is kept that matches.</div>"
     heads = ("", "start", "scenario, note", "verdict", "error", "clearance", "time")
     head = "".join(
-        f"<th style='text-align:left;font-weight:500;opacity:.6'>{h}</th>" for h in heads
+        f"<th style='text-align:left;font-weight:500;opacity:.6'>{escaped(h)}</th>" for h in heads
     )
     rows = []
     for run in runs[:MAX_ROWS]:
@@ -66,7 +66,7 @@ def table_html(runs: Sequence[RunSummary], selected: Collection[str]) -> str:
             (number, f"{run.duration:.1f} s"),
         )
         shade = "background:rgba(92,170,255,.15)" if run.id in selected else ""
-        row = "".join(_cell(*cell) for cell in cells)
+        row = "".join(_cell_html(*cell) for cell in cells)
         rows.append(f"<tr style='{shade}'>{row}</tr>")
     return (
         "<div style='margin:.4em .6em;max-height:260px;overflow:auto'><table style='"
@@ -76,10 +76,10 @@ def table_html(runs: Sequence[RunSummary], selected: Collection[str]) -> str:
     )
 
 
-def _cell(style: str, text: str, more: str = "") -> str:
+def _cell_html(style: str, text: str, more: str = "") -> str:
     """HTML of a cell; what is more is in dimmer type below."""
-    below = f"<div style='opacity:.65'>{html.escape(more)}</div>" if more else ""
-    return f"<td style='{style}'>{html.escape(text)}{below}</td>"
+    below = f"<div style='opacity:.65'>{escaped(more)}</div>" if more else ""
+    return f"<td style='{style}'>{escaped(text)}{below}</td>"
 
 
 def detail_html(run: RunSummary | None) -> str:
@@ -96,7 +96,7 @@ def detail_html(run: RunSummary | None) -> str:
     lines.append(f"Recording: {', '.join(run.files) or 'none'}{size if run.files else ''}")
     if run.files and run.bytes:
         lines.append(f"lariat show recordings/{run.files[0]}")
-    text = "<br>".join(html.escape(line) for line in lines)
+    text = "<br>".join(escaped(line) for line in lines)
     style = "margin:.3em 1em;font-size:.8em;opacity:.85;word-break:break-word"
     return f"<div style='{style}'>{text}</div>"
 

@@ -11,6 +11,7 @@ import viser
 
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
+from dashboard.markup import paragraph_html
 from dashboard.outbox import Notification, Outbox
 from dashboard.panels.chart import Curve, add_comparison_chart
 from dashboard.panels.runs.opened_run import OpenedRun
@@ -262,7 +263,8 @@ class RunsPanel:
             return
         modal = client.gui.add_modal("Delete this run?")
         with modal:
-            client.gui.add_markdown(f"{label(run)} and its recording of {run.bytes / 1e6:.1f} MB.")
+            text = f"{label(run)} and its recording of {run.bytes / 1e6:.1f} MB."
+            client.gui.add_html(paragraph_html(text))
             delete = client.gui.add_button("Delete", color=palette.BAD)
             keep = client.gui.add_button("Keep", color=palette.NEUTRAL)
         request = partial(self._outbox.request_runs, RunListRequest.DELETE, [run.id], "Delete")

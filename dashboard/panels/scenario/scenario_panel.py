@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -10,8 +9,8 @@ import viser
 
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
+from dashboard.markup import escaped, note_html, paragraph_html
 from dashboard.outbox import Notification, Outbox
-from dashboard.panels.note import note_html
 from dashboard.panels.scenario.present_scene import goal_settings, obstacle_settings
 from dashboard.panels.scenario.setting_editor import SettingEditor
 from lariat.files.toml_text import parse_toml
@@ -25,6 +24,10 @@ NO_LAUNCHER = (
     "start another scenario with SCENARIO=NAME docker compose up --detach."
 )
 """Text while the state of the stack is missing."""
+START_TEXT = "The present cell ends; the page comes back by itself once the new one is ready."
+"""Text of the dialog before a start."""
+MAX_SHOWN_ADDRESSES = 300
+"""Largest number of characters that the dialog shows of the addresses of real arms."""
 RUNNING = "(this one)"
 """Option of the list that stands for the scenario that runs."""
 OWN = "★ "
@@ -166,10 +169,11 @@ class ScenarioPanel:
             return
         modal = client.gui.add_modal(f"Start {title}?")
         with modal:
-            text = "The present cell ends; the page comes back by itself once the new one is ready."
+            client.gui.add_html(paragraph_html(START_TEXT))
             if arms:
-                text += f"\n\n**It drives the real arms at {', '.join(arms)}.** Look at the cell."
-            client.gui.add_markdown(text)
+                shown = ", ".join(arms)[:MAX_SHOWN_ADDRESSES]
+                text = f"It drives the real arms at {shown}. Look at the cell."
+                client.gui.add_html(paragraph_html(text, weight=700))
             word = "Start real arms" if arms else "Start"
             start = client.gui.add_button(word, color=palette.BAD if arms else palette.GOOD)
             cancel = client.gui.add_button("Cancel", color=palette.NEUTRAL)
@@ -189,7 +193,7 @@ class ScenarioPanel:
             return
         modal = client.gui.add_modal(f"Delete {name}?")
         with modal:
-            client.gui.add_markdown("The saved scenario and its files.")
+            client.gui.add_html(paragraph_html("The saved scenario and its files."))
             delete = client.gui.add_button("Delete", color=palette.BAD)
             keep = client.gui.add_button("Keep", color=palette.NEUTRAL)
         request = partial(
@@ -254,15 +258,15 @@ def _real_arms(table: dict[str, object]) -> list[str]:
 def status_html(stack: StackState, saved: str = "") -> str:
     """HTML of the scenario that runs and of what became of the last request."""
     style = "margin:.5em 1em;font-size:.9em;line-height:1.4;overflow-wrap:anywhere"
-    lines = [f"Runs: <b>{html.escape(stack.scenario or '–')}</b>"]
+    lines = [f"Runs: <b>{escaped(stack.scenario or '–')}</b>"]
     if stack.activity:
         color = palette.css(palette.BUSY)
-        lines.append(f"<span style='color:{color}'>● {html.escape(stack.activity)} …</span>")
+        lines.append(f"<span style='color:{color}'>● {escaped(stack.activity)} …</span>")
     if saved:
         color = palette.css(palette.GOOD)
-        text = f"saved as {html.escape(saved)}, with a {OWN}in the list"
+        text = f"saved as {escaped(saved)}, with a {OWN}in the list"
         lines.append(f"<span style='color:{color}'>● {text}</span>")
     if stack.refusal:
         color = palette.css(palette.BAD)
-        lines.append(f"<span style='color:{color}'>● {html.escape(stack.refusal)}</span>")
+        lines.append(f"<span style='color:{color}'>● {escaped(stack.refusal)}</span>")
     return f"<div style='{style}'>{'<br>'.join(lines)}</div>"

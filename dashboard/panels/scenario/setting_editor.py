@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import html
-
 import viser
 
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
+from dashboard.markup import escaped
 from dashboard.panels.scenario.setting_fields import SettingField, sections
 from lariat.configuration import ConfigurationError
 from lariat.scenario import Scenario
@@ -121,9 +120,9 @@ def summary_html(changes: list[tuple[str, str, str]], problems: list[str]) -> st
     """HTML of changed settings and of what is wrong with them."""
     style = "margin:.3em 1em;font-size:.8em;line-height:1.4;overflow-wrap:anywhere"
     lines = [
-        f"<div><b>{html.escape(key)}</b>: {html.escape(old or '–')} → {html.escape(new)}</div>"
+        f"<div><b>{escaped(key)}</b>: {escaped(old or '–')} → {escaped(new)}</div>"
         for key, old, new in changes
     ]
     color = palette.css(palette.BAD)
-    lines += [f"<div style='color:{color}'>{html.escape(text)}</div>" for text in problems]
+    lines += [f"<div style='color:{color}'>{escaped(text)}</div>" for text in problems]
     return f"<div style='{style}'>{''.join(lines)}</div>" if lines else ""

@@ -20,7 +20,7 @@ from lariat.scenario.scenario import Scenario
 
 PAGE_HEADER = """# Scenario files
 
-All keys of a scenario file, generated from `lariat/scenario` by
+All keys of a scenario file: values, default and meaning, written by
 `python -m lariat.scenario.reference`. Units are SI, quaternions are wxyz, poses are in the world
 frame (z up, the table at z = 0). A file with an unknown key, a value out of bounds or values that
 contradict each other is refused before anything moves; `lariat check FILE` names the error.
@@ -49,12 +49,11 @@ def _tables(kind: type, path: str) -> Iterator[str]:
             nested.append((section, name))
             continue
         value = _takes(hints[item.name]) + _default(item)
-        rows.append(f"| `{item.name}` | {value} | {notes.get(item.name, '')} |")
+        rows.append(f"* `{item.name}`: {value}. {notes.get(item.name, '')}".rstrip())
     if rows:
         yield f"## {f'`[{path}]`' if path else 'Top level'}\n"
         if path and kind.__doc__ and not kind.__doc__.startswith(kind.__name__ + "("):
             yield " ".join(kind.__doc__.split()) + "\n"
-        yield "| key | value; default | meaning |\n|---|---|---|"
         yield "\n".join(rows) + "\n"
     documented = {sections.Shape: "start", sections.Obstacle: "obstacles"} if path else {}
     for section, name in nested:

@@ -19,7 +19,7 @@ from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
 from lariat.control.mpc.gauss_newton import GaussNewton
 from lariat.control.mpc.objective import ObjectiveWeights
 from lariat.geometry.poses import Pose
-from lariat.machine_code import taichi_runtime
+from lariat.kernel_cache import runtime
 from lariat.paper.xpbd import XpbdRod
 from lariat.rod import Rod, RodState, RolloutSpec
 from lariat.scenario.sections import Control, Limits
@@ -87,7 +87,7 @@ def reverse_mode_gradient(
         actions: Velocities of the ends.
         slope: Gradient of the cost in the positions [1/m].
     """
-    taichi_runtime.start()
+    runtime.start()
     from benchmarks.paper.kernels.reverse_mode import ReverseRod
 
     p = rod.properties

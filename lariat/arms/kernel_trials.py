@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lariat.machine_code.kernel_source import Trial
+from lariat.kernel_cache.source import Trial
 
 SCRATCH_SIZE = 264
 """Numbers of scratch memory for up to six joints."""

@@ -5,7 +5,7 @@ joint at angle zero in the one before it, with its axis; then flange in last joi
 flange in grip, and base in world.
 """
 
-import taichi as ti
+from lariat.kernel_cache.language import ti
 
 rows_f64 = ti.types.ndarray(dtype=ti.f64, ndim=2)
 vector_f64 = ti.types.ndarray(dtype=ti.f64, ndim=1)

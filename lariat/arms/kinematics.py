@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio  # pyright: ignore[reportMissingImports]  # its wheel lives beside site-packages
 from jaxtyping import Float64
 
-from lariat.arms.path_kernel import MOST_JOINTS, SPEED_CUTOFF, ArmPath, PathKernel, compiled
+from lariat.arms.path_kernel import MOST_JOINTS, SPEED_CUTOFF, ArmPath, PathKernel
 from lariat.arms.serial_chain import SerialChain
 from lariat.arms.sphere_cover import Cover, sphere_cover
 from lariat.geometry import poses
@@ -102,11 +102,9 @@ class UrdfKinematics:
         """Path that the kernel followed last: a check asks for its links and singularity."""
 
     def compile(self) -> None:
-        """Solve paths by compiled code from now on, where it exists and knows such an arm."""
-        kernels = compiled() if self.joint_count <= MOST_JOINTS else None
-        if kernels is not None:
+        """Solve paths by compiled code from now on, where it knows such an arm."""
+        if self.joint_count <= MOST_JOINTS:
             self._kernel = PathKernel(
-                kernels,
                 self._chain.joints,
                 (
                     self._chain.flange,

@@ -12,9 +12,8 @@ from jaxtyping import Float64, Int64
 from lariat.arms.kernel_trials import SCRATCH_SIZE
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from lariat.machine_code import library
-from lariat.machine_code.call import CompiledKernel
-from lariat.machine_code.kernel_source import KernelSource
+from lariat.kernel_cache import cache
+from lariat.kernel_cache.source import KernelSource
 
 
 def _source(function: str) -> KernelSource:
@@ -56,7 +55,6 @@ class PathKernel:
 
     def __init__(
         self,
-        kernels: tuple[CompiledKernel, CompiledKernel],
         joints: tuple[np.ndarray, np.ndarray],
         poses_of_frames: Sequence[Pose],
         spheres: tuple[Int64[np.ndarray, "k"], Float64[np.ndarray, "k 3"]],
@@ -65,7 +63,6 @@ class PathKernel:
         """Lay out the constants.
 
         Args:
-            kernels: The kernels of `SOURCES`.
             joints: Placement of each joint in the one before it, and its axis.
             poses_of_frames: Flange in last joint, world in base, flange in grip, base in world.
             spheres: Joint of each sphere that covers a link, and its centre there [m].
@@ -78,13 +75,14 @@ class PathKernel:
         chain[:count, 9:12], chain[:count, 12:] = placements[:, :3, 3], self._axes
         for row, pose in zip(chain[count:], poses_of_frames, strict=True):
             row[:9], row[9:12] = poses.matrix(pose.orientation).ravel(), pose.position
-        self._kernel, self._chain, self._newton = kernels[0], chain, newton
+        self._kernel, speeds = map(cache.kernel, SOURCES)
+        self._chain, self._newton = chain, newton
         self._spheres = np.column_stack([*spheres]).astype(np.float64)
         self._scratch = np.zeros(SCRATCH_SIZE)
         self._make_room(LEAST_ROOM)
         self._joints, self._twist, self._rates = np.zeros((1, count)), np.zeros((2, 3)), np.zeros(6)
         arrays = chain, self._joints, self._twist, self._rates, self._scratch
-        self._speeds = kernels[1].prepared(*arrays, SPEED_CUTOFF)
+        self._speeds = speeds.prepared(*arrays, SPEED_CUTOFF)
 
     def follow(
         self,
@@ -161,9 +159,3 @@ class PathKernel:
         self._follow(count, rows)
         path = self._path[: count + 1].copy()
         return path if self._scratch[0] == count and np.isfinite(path).all() else None
-
-
-def compiled() -> tuple[CompiledKernel, CompiledKernel] | None:
-    """Return the kernels; None where there is no compiler and none has been compiled."""
-    follow, speeds = map(library.compiled_kernel, SOURCES)
-    return (follow, speeds) if follow and speeds else None

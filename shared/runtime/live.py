@@ -38,7 +38,7 @@ from typing import Annotated, Any
 import tyro
 
 from lariat.configuration import ConfigurationError
-from lariat.machine_code.kernel_key import NoCompilerError
+from lariat.kernel_cache.source import NoCompilerError
 from lariat.scenario import Scenario, load
 from lariat.trajectory import SECOND
 from shared import bus as buses

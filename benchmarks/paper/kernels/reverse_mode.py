@@ -7,8 +7,7 @@ clamped and only translate; there is no contact. Frame 0 and the last one are th
 edge e has frame e + 1.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.paper.xpbd.kernels.quaternions import (
     director,
     director_transpose,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lariat.machine_code.kernel_source import Trial
+from lariat.kernel_cache.source import Trial
 
 BOUNDS = np.array([[0.3, 1.5, 20.0], [1.0, 5.0, 60.0]])
 SCALES = (0.0, 0.05, 3.0)

@@ -4,7 +4,7 @@ Rows are vectors of three; those of one moment are translation and rotation of e
 The formulas of a stop are explained in `lariat.trajectory.stop`.
 """
 
-import taichi as ti
+from lariat.kernel_cache.language import ti
 
 rows_f64 = ti.types.ndarray(dtype=ti.f64, ndim=2)
 vector_f64 = ti.types.ndarray(dtype=ti.f64, ndim=1)

@@ -1,4 +1,4 @@
-"""Kernels of the grips' motion, from their libraries or through Taichi."""
+"""Kernels of the grips' motion."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.machine_code import library
-from lariat.machine_code.kernel_source import Kernel, KernelSource
+from lariat.kernel_cache import cache
+from lariat.kernel_cache.call import CompiledKernel
+from lariat.kernel_cache.source import KernelSource
 from lariat.trajectory import MotionLimits
 
 PACKAGE = "lariat.control.mpc"
@@ -32,10 +33,9 @@ SOURCES = {function: _source(function) for function in get_args(Function)}
 """All kernels of the controller."""
 
 
-@functools.cache
-def kernel(function: Function) -> Kernel:
+def kernel(function: Function) -> CompiledKernel:
     """Return a kernel, whose arguments `kernels` documents."""
-    return library.kernel(SOURCES[function])
+    return cache.kernel(SOURCES[function])
 
 
 @functools.lru_cache(maxsize=8)

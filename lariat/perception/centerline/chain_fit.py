@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64, Int32
 
-from lariat.machine_code import library
-from lariat.machine_code.kernel_source import KernelSource
+from lariat.kernel_cache import cache
+from lariat.kernel_cache.source import KernelSource
 from lariat.perception.centerline.bandwidth import scratch
 
 KERNEL = KernelSource(
@@ -75,7 +75,7 @@ class ChainFit:
             weight_over_stiffness: Weight per length over bending stiffness [1/m^3].
             settings: Noise, priors and convergence.
         """
-        self._kernel = library.kernel(KERNEL)
+        self._kernel = cache.kernel(KERNEL)
         self.settings = settings or FitSettings()
         self._edge = length / (node_count - 1)
         self._weight_over_stiffness = weight_over_stiffness

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lariat.machine_code.kernel_source import Trial
+from lariat.kernel_cache.source import Trial
 from lariat.perception.centerline.bandwidth import scratch
 
 NODE_COUNT = 12

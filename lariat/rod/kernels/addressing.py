@@ -3,8 +3,7 @@
 `ni` is the integer array, `rod` the offset of the current rod.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.layout import (
     COLUMNS_STRIDE,

@@ -7,8 +7,7 @@ Backwards over the solves, with lambda the derivative of the cost with respect t
 The factors of every solve are kept. The adjoint of driven blocks goes on to the actions.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import (
     hessian_at,
     orientation_at,

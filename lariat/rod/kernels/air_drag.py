@@ -9,8 +9,7 @@ so that the force is -k |u| u. The axis is that of the last solve: with the pres
 would be turned as well.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import (
     hessian_at,
     orientation_at,

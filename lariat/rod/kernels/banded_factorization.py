@@ -7,8 +7,7 @@ The band couples each block of three unknowns with the next two. With 3x3 diagon
 in time linear in the number of nodes. Only the free blocks from FIRST_FREE to END_FREE take part.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import hessian_index
 from lariat.rod.kernels.memory import bounded_index
 from lariat.rod.kernels.self_contact_coupling import fold_self_contacts

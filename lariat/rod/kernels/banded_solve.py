@@ -4,8 +4,7 @@ Forward and back substitution with the factors of `banded_factorization`, over f
 The contacts add a matrix of low rank (Woodbury).
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import hessian_index, unknown_at
 from lariat.rod.kernels.memory import add, bounded_index, load3, store
 from lariat.rod.kernels.self_contact_hessian import (

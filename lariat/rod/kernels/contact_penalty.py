@@ -6,8 +6,7 @@ For a depth d below the reach, a margin a and a stiffness k,
     p(d) = k ((d - a)^2 + a (d - a) + a^2 / 3) / 2    else.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import scalar
 from lariat.rod.launch.layout import Scalar
 

@@ -18,8 +18,7 @@ a variable of its own (mixed Newton): the geometric part of its Hessian takes th
 last linear solve predicted, and the number of iterations does not depend on the stiffness.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import (
     effective_bend_at,
     hessian_index,

@@ -1,7 +1,6 @@
 """Forward sensitivities of driven blocks, which follow their grips."""
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import (
     group_history,
     orientation_at,

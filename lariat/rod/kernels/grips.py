@@ -8,8 +8,7 @@ the linear solve for the free blocks f:
     H_ff s_f = -g_f - H_fd s_d.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import hessian_at, orientation_at, position_at
 from lariat.rod.kernels.memory import add, load3, load4, load33, store
 from lariat.rod.kernels.rotations import logarithm, relative_rotation

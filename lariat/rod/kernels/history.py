@@ -3,8 +3,7 @@
 Both follow the scheme: velocity is (x - base) / h, with the base a sum of earlier positions.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import orientation_at, position_at, time_at
 from lariat.rod.kernels.memory import load3, load4, store
 from lariat.rod.kernels.rotations import (

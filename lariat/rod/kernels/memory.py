@@ -7,8 +7,7 @@ Sums are written `w[i] = w[i] + v`: Taichi turns `w[i] += v` into an atomic addi
 for each number.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.launch.layout import GROUP_COLUMNS, LANE_COUNT, LANE_STRIDE
 
 MAX_OFFSET, MAX_INDEX = 2**27 - 1, 2**23 - 1

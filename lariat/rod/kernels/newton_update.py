@@ -5,8 +5,7 @@
 The tension is linear in the step: it is the force that the linear solve predicted (mixed Newton).
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import orientation_at, position_at, scalar
 from lariat.rod.kernels.energy import edge_energy
 from lariat.rod.kernels.memory import (

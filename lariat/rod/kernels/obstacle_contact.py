@@ -10,8 +10,7 @@ the box around the rod is out of reach of it, an edge when its middle is too far
 points to be in reach.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import hessian_at, position_at, scalar
 from lariat.rod.kernels.contact_penalty import contact_penalty
 from lariat.rod.kernels.memory import add, add33, load3, load33

@@ -4,8 +4,7 @@ Every term of the energy is linear in its stiffness or its mass, so that its der
 gradient over the parameter. The profiles are interpolated linearly between their knots.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import (
     column_groups,
     effective_bend_at,

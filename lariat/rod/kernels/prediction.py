@@ -8,8 +8,7 @@ which for implicit Euler is y = x1 + carry (x1 - x0). The target q^ of an edge i
 the chart of its last orientation: q^ = q1 exp(sum_k share_k log(conj(q1) q_(t-k))).
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import (
     effective_bend_at,
     orientation_at,

@@ -12,8 +12,7 @@ An iteration that starts near the solution leaves out the Hessian and takes the 
 indefinite Hessian is evaluated again without its negative parts, then with a growing shift.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import scalar, sensitivity_columns_at
 from lariat.rod.kernels.adjoint import adjoint as run_task
 from lariat.rod.kernels.history import start_history, write_final_velocities

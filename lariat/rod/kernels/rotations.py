@@ -6,7 +6,7 @@ inlined into real functions (see the package).
 
 from math import factorial, pi
 
-import taichi as ti
+from lariat.kernel_cache.language import ti
 
 LOG_FACTOR, JACOBIAN_COEFFICIENT, JACOBIAN_COEFFICIENT_DERIVATIVE, SINE, COSINE = range(5)
 """Places of the polynomials in `POLYNOMIALS`."""

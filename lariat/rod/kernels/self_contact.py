@@ -7,8 +7,7 @@ along the line between them. The contacts are few and do not enter the band: the
 one by one, from the list of their `SelfContact` numbers.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import position_at, scalar
 from lariat.rod.kernels.banded_factorization import factorize
 from lariat.rod.kernels.contact_penalty import contact_penalty

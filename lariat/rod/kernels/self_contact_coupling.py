@@ -3,8 +3,7 @@
 The counterpart of H_fd in `grips`, for the part of the Hessian that is not in the band.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import unknown_at
 from lariat.rod.kernels.banded_solve import solve
 from lariat.rod.kernels.memory import load3

@@ -5,8 +5,7 @@ to displacements from its `SelfContact` numbers: u holds the normal at the four 
 weighted by the places of the points along them.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.memory import add, load3
 from lariat.rod.launch.layout import SelfContact
 

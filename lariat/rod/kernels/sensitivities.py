@@ -5,8 +5,7 @@ factors of its last Newton step, in groups of `GROUP_COLUMNS`, the columns of a 
 block of unknowns keeps its rows after the last solves, the latest first.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import (
     group_history,
     hessian_index,

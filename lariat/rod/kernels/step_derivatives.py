@@ -8,8 +8,7 @@ For nodes, dg/dx_k = -m wt share_k. For edges, they are the 3x3 matrices compute
 targets are composed in the chart of the last orientation.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import time_at
 from lariat.rod.kernels.grips import subtract_couplings
 from lariat.rod.kernels.memory import store, store33

@@ -3,8 +3,7 @@
 They are inlined into real functions, and therefore have no branches.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import (
     orientation_at,
     parameter_derivatives_at,

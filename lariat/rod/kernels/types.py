@@ -3,7 +3,7 @@
 The two arrays of doubles are one: it is passed a second time as 3x3 matrices, row by row.
 """
 
-import taichi as ti
+from lariat.kernel_cache.language import ti
 
 Integers = ti.types.ndarray(dtype=ti.i32, ndim=1)
 Doubles = ti.types.ndarray(dtype=ti.f64, ndim=1)

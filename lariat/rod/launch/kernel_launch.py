@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Literal, get_args
 
 import numpy as np
-from jaxtyping import Float64, Int32, Int64
+from jaxtyping import Int32, Int64
 
 from lariat.rod.launch import machine_code
 from lariat.rod.launch.buffers import BufferPool, LaunchBuffers, kernel_arrays
@@ -47,12 +47,12 @@ def allocate(
 
 
 def launch(buffers: LaunchBuffers[Sizes], threads: int = 1, device: Device | None = None) -> None:
-    """Run the kernel on buffers that have been filled, from its library or through Taichi.
+    """Run the kernel on buffers that have been filled.
 
     Args:
         buffers: Buffers with all inputs.
-        threads: Number of threads that share the rods of the batch; Taichi's kernel takes one.
-        device: Device of Taichi, or None for the library.
+        threads: Number of threads that share the rods of the batch.
+        device: Device of Taichi, or None for the kernel's machine code.
     """
     if device is not None:
         _on_device(device, buffers)
@@ -60,9 +60,6 @@ def launch(buffers: LaunchBuffers[Sizes], threads: int = 1, device: Device | Non
     batch = buffers.sizes.batch
     threads = min(threads, batch)
     kernel = machine_code.kernel()
-    if kernel is None:
-        _through_taichi(buffers.integers, buffers.doubles, batch)
-        return
     if threads == 1:
         buffers.once(_bound_kernel)()
         return
@@ -93,15 +90,13 @@ def check_device(device: Device | None, threads: int) -> None:
     if threads > 1:
         raise ValueError(f"a device has threads of its own: leave out threads={threads}")
     if device == "cuda":
-        from lariat.machine_code import taichi_runtime
+        from lariat.kernel_cache import runtime
 
-        taichi_runtime.check_cuda()
+        runtime.check_cuda()
 
 
 def _bound_kernel(buffers: LaunchBuffers[Sizes]) -> Callable[[], object]:
-    kernel = machine_code.kernel()
-    assert kernel is not None
-    return kernel(buffers.integers, buffers.doubles, buffers.sizes.batch)
+    return machine_code.kernel()(buffers.integers, buffers.doubles, buffers.sizes.batch)
 
 
 @lru_cache(maxsize=4)
@@ -135,30 +130,13 @@ def _plan(sizes: Sizes) -> tuple[dict[int, slice], int, Int32[np.ndarray, "k"]]:
     return places, stride, integers
 
 
-def _through_taichi(
-    integers: Int32[np.ndarray, "k"], doubles: Float64[np.ndarray, "m"], count: int
-) -> None:
-    # Taichi is slow to import, and kernels compile against its runtime, which must start first.
-    from lariat.machine_code import taichi_runtime
-
-    taichi_runtime.start()
-    from lariat.rod.kernels import rollout
-
-    taichi_runtime.launch(rollout.roll_out, kernel_arrays(integers, doubles), count)
-
-
 def _on_device(device: Device, buffers: LaunchBuffers[Sizes]) -> None:
-    from lariat.machine_code import taichi_runtime
+    # Taichi is slow to import, and kernels compile against its runtime, which must start first.
+    from lariat.kernel_cache import runtime
 
-    if device == "cuda":
-        taichi_runtime.start("cuda")
-    else:
-        taichi_runtime.start(threads=None)
+    runtime.start("cuda" if device == "cuda" else "cpu", threads=None)
     from lariat.rod.kernels import rollout
 
     used = buffers.doubles[: buffers.rods.size + buffers.obstacles().size]
-    taichi_runtime.launch_on_device(
-        rollout.roll_out_side_by_side,
-        kernel_arrays(buffers.integers, used),
-        buffers.sizes.batch,
-    )
+    arrays = kernel_arrays(buffers.integers, used)
+    runtime.launch(rollout.roll_out_side_by_side, *arrays, buffers.sizes.batch)

@@ -9,8 +9,8 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float64, Int32
 
-from lariat.machine_code import library
-from lariat.machine_code.kernel_source import KernelSource
+from lariat.kernel_cache import cache
+from lariat.kernel_cache.source import KernelSource
 from lariat.rod.launch.layout import MATRIX_WIDTH
 
 Kernel = Callable[[Int32[np.ndarray, "k"], Float64[np.ndarray, "m"], int], Callable[[], object]]
@@ -40,11 +40,9 @@ class _Arguments(ctypes.Structure):
 
 
 @functools.cache
-def kernel() -> Kernel | None:
-    """Return the kernel of a library, which is compiled if it is missing; None if that fails."""
-    compiled = library.compiled_kernel(SOURCE)
-    if compiled is None:
-        return None
+def kernel() -> Kernel:
+    """Return the kernel, which is compiled if its machine code is not kept."""
+    compiled = cache.kernel(SOURCE)
 
     def bind(
         integers: Int32[np.ndarray, "k"], doubles: Float64[np.ndarray, "m"], count: int

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle, pack
-from lariat.machine_code.kernel_source import Trial
+from lariat.kernel_cache.source import Trial
 from lariat.rod.initial_shapes import straight
 from lariat.rod.launch.buffers import BufferPool, kernel_arrays
 from lariat.rod.launch.codes import Derivatives

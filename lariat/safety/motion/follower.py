@@ -84,15 +84,12 @@ class SetpointFollower:
         self.place(starts)
 
     def compile(self) -> None:
-        """Follow and check by compiled code from now on, where it exists."""
-        found = motion_kernels.compiled()
-        if found is not None and self.driven:
-            reference, command = found
-            count = len(self.driven)
-            kernel = motion_kernels.ReferenceKernel(reference, count)
+        """Follow and check by compiled code from now on."""
+        if count := len(self.driven):
+            kernel = motion_kernels.ReferenceKernel(count)
             self._spline = partial(motion_kernels.CompiledSpline, kernel)
             self._blend = motion_kernels.CompiledBlend
-            self.tracker = motion_kernels.CompiledTracker(command, self.tracker, count)
+            self.tracker = motion_kernels.CompiledTracker(self.tracker, count)
 
     @property
     def constraints(self) -> MotionConstraints:

@@ -5,7 +5,7 @@ explained. Columns of a state: position, quaternion wxyz, twist and acceleration
 angular.
 """
 
-import taichi as ti
+from lariat.kernel_cache.language import ti
 
 rows_f64 = ti.types.ndarray(dtype=ti.f64, ndim=2)
 vector_f64 = ti.types.ndarray(dtype=ti.f64, ndim=1)

@@ -1,4 +1,4 @@
-"""Compiled motion of the command, in place of calls of NumPy where it exists."""
+"""Compiled motion of the command, in place of calls of NumPy."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.machine_code import library
-from lariat.machine_code.call import CompiledKernel
-from lariat.machine_code.kernel_source import KernelSource
+from lariat.kernel_cache import cache
+from lariat.kernel_cache.source import KernelSource
 from lariat.safety.constraints.path_densification import (
     GRIPPER_LEVER_ARM,
     LEAST_STOP_POSES,
@@ -43,12 +42,6 @@ States = Float64[np.ndarray, "k 19"]
 """State of each grip, columns as in `kernels`."""
 
 
-def compiled() -> tuple[CompiledKernel, CompiledKernel] | None:
-    """Return the kernels; None where there is no compiler and none has been compiled."""
-    reference, command = (library.compiled_kernel(source) for source in SOURCES)
-    return (reference, command) if reference and command else None
-
-
 @dataclass(frozen=True)
 class PackedState(MotionState):
     """State of motion whose numbers lie side by side."""
@@ -60,14 +53,9 @@ class PackedState(MotionState):
 class ReferenceKernel:
     """Kernel of the states of curves, in memory that stays."""
 
-    def __init__(self, kernel: CompiledKernel, count: int) -> None:
-        """Prepare the kernel.
-
-        Args:
-            kernel: The kernel.
-            count: Number of grips.
-        """
-        self._kernel, self._count = kernel, count
+    def __init__(self, count: int) -> None:
+        """Prepare the kernel. Args: count: Number of grips."""
+        self._kernel, self._count = cache.kernel(REFERENCE), count
         self._curve: CompiledSpline | None = None
         """Curve whose points are in the memory."""
         self._make_room(LEAST_ROOM)
@@ -153,11 +141,10 @@ class CompiledBlend(Blend):
 class CompiledTracker(ReferenceTracker):
     """Control law whose step is compiled."""
 
-    def __init__(self, kernel: CompiledKernel, tracker: ReferenceTracker, count: int) -> None:
+    def __init__(self, tracker: ReferenceTracker, count: int) -> None:
         """Create the control law.
 
         Args:
-            kernel: The kernel.
             tracker: The same control law.
             count: Number of grips.
         """
@@ -177,7 +164,7 @@ class CompiledTracker(ReferenceTracker):
         self._jerks, self._durations = np.empty((4, count, 2, 3)), np.empty((4, count, 2, 1))
         self._path = np.empty((MOST_STOP_POSES + 1, count, 7))
         self._results = np.zeros(2)
-        self._call = kernel.prepared(
+        self._call = cache.kernel(COMMAND).prepared(
             np.hstack(bounds),
             *self._states,
             self._wanted,

@@ -5,8 +5,9 @@ from __future__ import annotations
 from functools import cached_property
 from pathlib import Path
 
-from lariat.machine_code import library
-from lariat.machine_code.kernel_source import Kernel, KernelSource
+from lariat.kernel_cache import cache
+from lariat.kernel_cache.call import CompiledKernel
+from lariat.kernel_cache.source import KernelSource
 
 PACKAGE = "lariat.simulation.camera"
 KERNELS = f"{PACKAGE}.kernels"
@@ -31,24 +32,24 @@ SOURCES = (BODIES, PLATES, ROPE, EDGES)
 
 
 class CameraKernels:
-    """Kernels, from their libraries or through Taichi, each loaded when it is first used."""
+    """Kernels, each loaded when it is first used."""
 
     @cached_property
-    def draw_bodies(self) -> Kernel:
+    def draw_bodies(self) -> CompiledKernel:
         """Drawing of obstacles."""
-        return library.kernel(BODIES)
+        return cache.kernel(BODIES)
 
     @cached_property
-    def draw_plates(self) -> Kernel:
+    def draw_plates(self) -> CompiledKernel:
         """Drawing of marker plates."""
-        return library.kernel(PLATES)
+        return cache.kernel(PLATES)
 
     @cached_property
-    def draw_rope(self) -> Kernel:
+    def draw_rope(self) -> CompiledKernel:
         """Drawing of chains of capsules."""
-        return library.kernel(ROPE)
+        return cache.kernel(ROPE)
 
     @cached_property
-    def disturb_edges(self) -> Kernel:
+    def disturb_edges(self) -> CompiledKernel:
         """Noise of the depth sensor at edges."""
-        return library.kernel(EDGES)
+        return cache.kernel(EDGES)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle, pack
-from lariat.machine_code.kernel_source import Trial
+from lariat.kernel_cache.source import Trial
 from lariat.simulation.camera.kernels.depths import BLOCK_SHIFT, DRAWN, FAR, STILL
 
 HEIGHT, WIDTH = 90, 120

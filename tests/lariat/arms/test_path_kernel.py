@@ -5,14 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.arms import path_kernel
 from lariat.arms.cr5_kinematics import Kinematics
 from lariat.arms.path_kernel import EXACT_SINGULAR_VALUE
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.safety.constraints.singularity import MIN_SINGULAR_VALUE
-
-pytestmark = pytest.mark.skipif(path_kernel.compiled() is None, reason="needs an assembler")
 
 USUAL_JOINTS = np.array([0.3, -0.5, 1.2, 0.2, 1.1, 0.4])
 

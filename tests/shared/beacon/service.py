@@ -4,7 +4,7 @@ import time
 from collections.abc import Iterator
 
 from lariat.configuration import ConfigurationError
-from lariat.machine_code.kernel_key import NoCompilerError
+from lariat.kernel_cache.source import NoCompilerError
 from lariat.scenario import Scenario
 from shared import topics
 from shared.messages import TaskState

@@ -3,8 +3,7 @@
 `ni` is the integer array, `w` the doubles, `rod` the offset of the current rod.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.paper.xpbd.launch.layout import Section
 
 

@@ -4,8 +4,7 @@ The result of J sweeps depends on their start, so that the implicit function the
 apply: the adjoint goes back through every correction in turn, with the inputs that the tape holds.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.paper.xpbd.kernels.addressing import place, scalar
 from lariat.paper.xpbd.kernels.collision import find_contacts_adjoint
 from lariat.paper.xpbd.kernels.constraints import (

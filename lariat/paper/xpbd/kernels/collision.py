@@ -6,8 +6,7 @@ first entry and never passes it. There is no entry where the derivative along th
 negative.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.paper.xpbd.kernels.addressing import place, scalar
 from lariat.paper.xpbd.kernels.signed_distance import signed_distance
 from lariat.paper.xpbd.launch.layout import (

@@ -7,8 +7,7 @@ identity, so that the inverse is a number. The printed signs of (4) and the prin
 (10) contradict the rest of the paper; those used here are derived independently.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.paper.xpbd.kernels.addressing import place, scalar
 from lariat.paper.xpbd.kernels.quaternions import (
     director,

@@ -3,7 +3,7 @@
 u is a vector, (0, u) the quaternion with zero real part and vector part u, Im(q) the vector part.
 """
 
-import taichi as ti
+from lariat.kernel_cache.language import ti
 
 
 @ti.func

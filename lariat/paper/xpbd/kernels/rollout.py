@@ -3,8 +3,7 @@
 All functions are inlined into it; it compiles in 3 s.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.paper.xpbd.kernels.adjoint import (
     predict_adjoint,
     solve_adjoint,
@@ -18,6 +17,7 @@ from lariat.rod.kernels.types import Doubles, Integers
 @ti.kernel
 def roll_out(ni: Integers, w: Doubles, batch: ti.i32, forward: ti.i32, backward: ti.i32):
     """Roll out every rod of a batch, or carry derivatives back along its tape, or both."""
+    ti.loop_config(serialize=True)
     for b in range(batch):
         rod = b * ni[Header.STRIDE]
         if forward:

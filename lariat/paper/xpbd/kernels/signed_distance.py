@@ -3,8 +3,7 @@
 The same as `lariat.geometry.obstacles.signed_distance`, for a row of `ObstacleRow`.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.memory import load3, load33
 from lariat.rod.launch.layout import ObstacleRow
 from lariat.shapes import ShapeCode

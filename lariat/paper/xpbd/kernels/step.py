@@ -1,7 +1,6 @@
 """Step of Algorithm 1: lines 4 to 14, and the velocities after them."""
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.paper.xpbd.kernels.addressing import place, scalar
 from lariat.paper.xpbd.kernels.collision import find_contacts
 from lariat.paper.xpbd.kernels.constraints import (

@@ -7,10 +7,26 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Int32, Int64
 
+from lariat.kernel_cache import cache
+from lariat.kernel_cache.source import KernelSource
 from lariat.paper.xpbd.launch.layout import STEP_BLOCKS, Header
 from lariat.paper.xpbd.launch.sizes import Sizes, sections
 from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
 
+SOURCE = KernelSource(
+    "xpbd",
+    "lariat.paper.xpbd.kernels.rollout:roll_out",
+    (
+        "lariat.paper.xpbd.kernels",
+        "lariat.paper.xpbd.launch.layout",
+        "lariat.rod.kernels",
+        "lariat.rod.launch.codes",
+        "lariat.rod.launch.layout",
+        "lariat.shapes",
+    ),
+    "lariat.paper.xpbd.launch.trials:trials",
+)
+"""The kernel of the paper's rod."""
 MAX_DOUBLES = 5e8
 """Count of doubles that a launch may take: 4 GB, almost all of them tape."""
 
@@ -36,13 +52,8 @@ def allocate(
 
 def launch(buffers: LaunchBuffers[Sizes], *, forward: bool, backward: bool) -> None:
     """Run the kernel on buffers that have been filled."""
-    # Taichi is slow to import, and kernels compile against its runtime, which must start first.
-    from lariat.machine_code import taichi_runtime
-
-    taichi_runtime.start()
-    from lariat.paper.xpbd.kernels import rollout
-
-    rollout.roll_out(buffers.integers, buffers.doubles, buffers.sizes.batch, forward, backward)
+    run = cache.kernel(SOURCE)
+    run(buffers.integers, buffers.doubles, buffers.sizes.batch, forward, backward)
 
 
 @lru_cache(maxsize=64)

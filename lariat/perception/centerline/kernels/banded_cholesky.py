@@ -4,8 +4,7 @@ Row i of the band holds A[i, i - k] in column k, then L[i, i - k], and 1 / L[i, 
 of zeros before and behind the matrix stand for what is out of it.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.perception.centerline.bandwidth import BANDWIDTH, MARGIN
 
 

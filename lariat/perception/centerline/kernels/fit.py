@@ -1,7 +1,6 @@
 """Gauss-Newton iteration of the fit."""
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.perception.centerline.bandwidth import MARGIN
 from lariat.perception.centerline.kernels.banded_cholesky import (
     factorize,

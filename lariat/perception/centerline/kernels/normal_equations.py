@@ -4,8 +4,7 @@ Row 3 i + k of the band, with a margin before it, holds the coefficients of coor
 with itself and the coordinates before it, from right to left.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.perception.centerline.bandwidth import BANDWIDTH, MARGIN
 from lariat.perception.centerline.kernels.types import node
 

@@ -1,7 +1,6 @@
 """Sums over the samples of every edge."""
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.perception.centerline.kernels.types import node
 
 OUTLIER_SIGMAS = 3.0

@@ -3,8 +3,7 @@
 Elements of a fixed shape are addressed with fewer instructions than rows of a matrix.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.perception.centerline.bandwidth import BANDWIDTH
 
 matrix_f64 = ti.types.ndarray(dtype=ti.f64, ndim=2)

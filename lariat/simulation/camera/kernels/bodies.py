@@ -4,8 +4,7 @@ Rays have unit depth, so the ray parameter of a hit is its depth. Geometry is in
 because the discriminants of quadratics cancel; images are in single precision.
 """
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.shapes import ShapeCode
 from lariat.simulation.camera.kernels.depths import BLOCK_SHIFT, DRAWN, FAR, NEAR
 from lariat.simulation.camera.kernels.rays import (

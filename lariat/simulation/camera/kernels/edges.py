@@ -1,7 +1,6 @@
 """Noise of the depth sensor at edges, where a pixel sees two depths."""
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.simulation.camera.kernels.depths import BLOCK_SHIFT, DRAWN, FAR
 from lariat.simulation.camera.kernels.rays import images_f32, marks_u8, vector_f64
 

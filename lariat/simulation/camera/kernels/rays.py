@@ -1,7 +1,6 @@
 """Types, limits and functions shared by the camera's kernels."""
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.simulation.camera.kernels.depths import FAR, NEAR
 
 images_f32 = ti.types.ndarray(dtype=ti.f32, ndim=2)

@@ -1,7 +1,6 @@
 """Drawing of the rope: capsules whose edges are blended into partly covered pixels."""
 
-import taichi as ti
-
+from lariat.kernel_cache.language import ti
 from lariat.simulation.camera.kernels.depths import BLOCK_SHIFT, DRAWN, FAR, NEAR
 from lariat.simulation.camera.kernels.rays import (
     images_f32,

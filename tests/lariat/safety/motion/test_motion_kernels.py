@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from lariat.geometry import poses
-from lariat.safety.motion import motion_kernels
 from lariat.safety.motion.motion_kernels import (
     CompiledBlend,
     CompiledSpline,
@@ -18,11 +17,8 @@ from lariat.safety.motion.motion_kernels import (
 from lariat.safety.motion.reference_tracking import ReferenceTracker
 from lariat.trajectory import Blend, MotionLimits, MotionState, SetpointChunk, Spline
 
-KERNELS = motion_kernels.compiled()
 LIMITS = MotionLimits(0.5, 2.0, 20.0, 2.0, 8.0, 80.0)
 TICK = 8_000_000
-
-pytestmark = pytest.mark.skipif(KERNELS is None, reason="needs an assembler")
 
 
 def state(rng: np.random.Generator, count: int, scale: float) -> MotionState:
@@ -43,14 +39,13 @@ def assert_same(found: MotionState, expected: MotionState) -> None:
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_reference_is_that_of_numpy(count: int) -> None:
-    assert KERNELS is not None
     rng = np.random.default_rng(0)
     turns = np.array([1.0, 0.0, 0.0, 0.0]) + 0.05 * np.cumsum(
         rng.normal(size=(12, count, 4)), axis=0
     )
     positions = 0.01 * np.cumsum(rng.normal(size=(12, count, 3)), axis=0)
     chunk = SetpointChunk(0, 0.02, positions, poses.normalized(turns))
-    origin, kernel = state(rng, count, 0.3), ReferenceKernel(KERNELS[0], count)
+    origin, kernel = state(rng, count, 0.3), ReferenceKernel(count)
     longer = replace(
         chunk,
         positions=np.tile(chunk.positions + 1.0, (9, 1, 1)),
@@ -70,9 +65,8 @@ def test_reference_is_that_of_numpy(count: int) -> None:
 @pytest.mark.parametrize("scale", [0.0, 0.1, 1.0, 30.0])
 @pytest.mark.parametrize("count", [1, 2])
 def test_command_and_its_stop_are_those_of_numpy(count: int, scale: float) -> None:
-    assert KERNELS is not None
     plain = ReferenceTracker(LIMITS)
-    compiled = CompiledTracker(KERNELS[1], plain, count)
+    compiled = CompiledTracker(plain, count)
     rng = np.random.default_rng(1)
     for _ in range(50):
         states = [state(rng, count, scale) for _ in range(3)]
@@ -85,8 +79,7 @@ def test_command_and_its_stop_are_those_of_numpy(count: int, scale: float) -> No
 
 
 def test_command_at_rest_stays_at_rest() -> None:
-    assert KERNELS is not None
     still = MotionState(np.zeros((1, 3)), np.array([[1.0, 0, 0, 0]]), *(np.zeros((1, 2, 3)),) * 2)
-    found = CompiledTracker(KERNELS[1], ReferenceTracker(LIMITS), 1).advance(*3 * (still,), 0.008)
+    found = CompiledTracker(ReferenceTracker(LIMITS), 1).advance(*3 * (still,), 0.008)
     assert found.state.resting
     assert found.stop.duration == 0.0

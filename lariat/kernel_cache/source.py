@@ -1,8 +1,8 @@
-"""Kernel of Taichi and the sources that it is compiled from."""
+"""Kernel and the sources that it is compiled from."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,19 +11,27 @@ import numpy as np
 
 ROOT = Path(__file__).parents[2]
 """Folder of the package `lariat` that this module belongs to."""
-COMPILER_MODULES = (
-    "lariat.machine_code.compilation",
-    "lariat.machine_code.taichi_runtime",
-    "lariat.machine_code.target_processor",
-)
+COMPILER_MODULES = tuple(f"lariat.kernel_cache.{name}" for name in ("compiler", "runtime"))
 """Modules with the settings of the compiler."""
+NO_COMPILER = (
+    "neither Taichi nor Quadrants is installed, and this kernel is not kept for this processor: "
+    "build the container images on this machine (docker compose build); elsewhere, pip install "
+    "taichi, or quadrants from Python 3.14 on"
+)
 
-Kernel = Callable[..., object]
-"""Function of the kernel's arguments: contiguous arrays and numbers."""
+
+class NoCompilerError(Exception):
+    """Kernel that is not kept and cannot be compiled here: neither Taichi nor Quadrants is there.
+
+    The text says in one line how to mend it.
+    """
+
+    def __init__(self, text: str = NO_COMPILER) -> None:
+        super().__init__(text)
 
 
 class Trial(NamedTuple):
-    """Launch by which a library is compared with Taichi's kernel."""
+    """Launch by which machine code is compared with the kernel that Taichi runs."""
 
     arguments: Sequence[np.ndarray[Any, Any] | float]
     """Arguments of the kernel; floats are doubles, integers have 32 bits."""
@@ -33,15 +41,14 @@ class Trial(NamedTuple):
 
 @dataclass(frozen=True)
 class KernelSource:
-    """Kernel of Taichi, the sources that it is compiled from, and trials of it."""
+    """Kernel, the sources that it is compiled from, and trials of it."""
 
     name: str
-    """Name of its libraries' files."""
+    """Name of its files in the cache."""
     function: str
     """Kernel, as `package.module:function`, all of whose loops are serialized."""
     modules: tuple[str, ...]
-    """Modules and packages with the source of the kernel and its constants; all of them, and no
-    others below a package, are imported with the kernel."""
+    """Modules and packages with the source of the kernel and its constants."""
     trials: str
     """Function, as `package.module:function`, that returns a list of new `Trial`s, equal at every
     call, which together run every part of the kernel."""

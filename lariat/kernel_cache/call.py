@@ -52,16 +52,17 @@ class _Array:
 class CompiledKernel:
     """Function of a kernel's arguments."""
 
-    def __init__(self, function: Any, codes: str) -> None:
+    def __init__(self, address: int, codes: str, owner: object) -> None:
         """Create a call.
 
         Args:
-            function: Function of a library, which takes a context.
+            address: Address of the kernel's machine code.
             codes: Types of the arguments, comma-separated: of a number Taichi's name of it, e.g.
                 `f64`; of an array `f64:2:0`, its numbers, its dimensions, and those of its elements
                 (2 if they are matrices).
+            owner: What must stay for the machine code to stay.
         """
-        self._function = function
+        self._owner = owner
         self._kinds = [_Array(c) if ":" in c else NUMBERS[c] for c in codes.split(",")]
         self._packs: list[Any] = [k.pack if isinstance(k, _Array) else None for k in self._kinds]
         types = [k.structure if isinstance(k, _Array) else k for k in self._kinds]
@@ -75,8 +76,7 @@ class CompiledKernel:
             ("results", ctypes.c_void_p),
         )
         self._context: Any = type("Context", (ctypes.Structure,), {"_fields_": context})
-        function.restype = None
-        function.argtypes = (ctypes.POINTER(self._context),)
+        self._function = ctypes.CFUNCTYPE(None, ctypes.POINTER(self._context))(address)
 
     def packed(self, place: int, value: np.ndarray[Any, Any]) -> Any:
         """Return an array as the argument at a place, for many calls; its memory must stay.

@@ -36,8 +36,8 @@ clean:
 	rm -rf .venv .venv-tools
 
 .venv/bin/python:
-	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 14))' || \
-	  { echo "Lariat needs Python 3.11 to 3.13, $(PYTHON) is another one; set PYTHON=/path/to/python3.11" >&2; exit 2; }
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 15))' || \
+	  { echo "Lariat needs Python 3.11 to 3.14, $(PYTHON) is another one; set PYTHON=/path/to/python3.11" >&2; exit 2; }
 	@$(call system,'import ensurepip',python3-venv)
 	@$(call system,'import ctypes; ctypes.CDLL("libX11.so.6")',libx11-6)
 	$(PYTHON) -m venv .venv
@@ -62,7 +62,7 @@ install = $(BIN)/python -m pip install --quiet --require-hashes --no-deps --requ
 # Tools of their own, so that the bill names what Lariat needs and nothing else.
 $(TOOLS)/cyclonedx-py: | .venv/bin/python
 	$(BIN)/python -m venv .venv-tools
-	$(TOOLS)/python -m pip install --quiet pip-tools cyclonedx-bom
+	$(TOOLS)/python -m pip install --quiet uv cyclonedx-bom
 
 lock: $(TOOLS)/cyclonedx-py  ## locks every dependency by version and hash
 	$(TOOLS)/python requirements/lock.py

@@ -11,7 +11,6 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterable
 from pathlib import Path
 
 FOLDER = Path(__file__).parent
@@ -33,12 +32,10 @@ IMAGES = (
 `robot_gateway`, the controller that of `router`, or of `network`."""
 EXTRAS = {"sim": "simulation", "network": "torch", "robot_gateway": "planning"}
 """Extra of an image, where its name is another one."""
-COMPILING = ("all", "dev", "rod", "network")
-"""What holds a compiler of kernels; images hold those that the stage `rod` has compiled."""
-COMPILER = "taichi=="
-"""Beginning of the library's requirement of a compiler."""
-ALL = tuple(image for image in IMAGES if image != "camera")
-"""Images whose locks together are `all.txt`: all that a clone needs without its tests' tools."""
+COMPILING = ("all", "dev", "rod")
+"""What translates kernels; images hold those that the stage `rod` has compiled."""
+TRANSLATORS = ("quadrants", "taichi")
+"""Beginnings of the library's requirements that translate kernels."""
 BUILD_REQUIREMENTS = ("editables", "hatchling", "pip", "setuptools", "wheel")
 """Packages with which the packages of this repository are installed, without a build environment
 from outside."""
@@ -49,9 +46,8 @@ HEADER = "# Made by `make lock` from pyproject.toml; not edited by hand.\n"
 def main() -> None:
     """Write all locks."""
     _lock("dev", requirements("dev"), None)
-    for image in IMAGES:
+    for image in ("all", *IMAGES):
         _lock(image, requirements(image), FOLDER / "dev.txt")
-    (FOLDER / "all.txt").write_text(HEADER + union(_read(image) for image in ALL))
 
 
 def requirements(image: str) -> set[str]:
@@ -72,7 +68,7 @@ def requirements(image: str) -> set[str]:
         own = re.match(r"lariat\[(.*)\]", requirement)
         if own:
             pending += [each for name in own[1].split(",") for each in extras[name]]
-        elif image in COMPILING or not requirement.startswith(COMPILER):
+        elif image in COMPILING or not requirement.startswith(TRANSLATORS):
             found.add(requirement)
     return found
 
@@ -84,30 +80,16 @@ def _lock(name: str, wanted: set[str], constraint: Path | None) -> None:
         lines.append(f"--constraint {constraint.name}")
     source.write_text("\n".join(lines) + "\n")
     # Locks once made are kept where they still fit: a lock is renewed by deleting it first.
-    command = [sys.executable, "-m", "piptools", "compile", "--quiet", "--generate-hashes"]
-    command += ["--allow-unsafe", "--strip-extras", "--no-header", "--no-annotate"]
-    command += ["--no-emit-index-url", "--no-emit-trusted-host", "--no-emit-find-links"]
-    command += ["--no-emit-options", "--output-file", str(target), str(source)]
+    command = [sys.executable, "-m", "uv", "pip", "compile", "--quiet", "--generate-hashes"]
+    # One lock for every Python that Lariat runs on: markers say where an entry belongs.
+    command += ["--universal", "--fork-strategy", "fewest", "--python-version", "3.11"]
+    command += ["--no-header", "--no-annotate", "--output-file", str(target), str(source)]
     try:
         subprocess.run(command, check=True, cwd=FOLDER)
     finally:
         source.unlink()
     target.write_text(HEADER + without_torch(target.read_text()))
     print(f"{target}: {target.read_text().count('==')} packages")
-
-
-def _read(image: str) -> str:
-    return (FOLDER / f"{image}.txt").read_text().removeprefix(HEADER)
-
-
-def union(locks: Iterable[str]) -> str:
-    """Return the entries of several locks, each once.
-
-    Args:
-        locks: Texts of locks that agree on every version.
-    """
-    entries = {entry for lock in locks for entry in _entries(lock)}
-    return "\n".join(sorted(entries)) + "\n"
 
 
 def _entries(lock: str) -> list[str]:

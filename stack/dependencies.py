@@ -27,14 +27,14 @@ def _libraries(scenario: Scenario, part: str) -> tuple[str, ...]:
     arms = [end for end in driven if end.driver not in ("fixed", "ideal")]
     match part:
         case "sim":
-            return ("taichi", "mujoco") if scenario.plant.model != "rod" else ("taichi",)
+            return ("llvmlite", "mujoco") if scenario.plant.model != "rod" else ("llvmlite",)
         case "perception":
-            return ("taichi", "cv2") if scenario.sensing.source == "camera" else ()
+            return ("llvmlite", "cv2") if scenario.sensing.source == "camera" else ()
         case "planner":
-            return ("taichi", *["pinocchio"] * bool(arms))
+            return ("llvmlite", *["pinocchio"] * bool(arms))
         case "controller":
             paper = scenario.control.method in ("network", "actions")
-            return ("taichi", "torch") if paper else ("taichi",)
+            return ("llvmlite", "torch") if paper else ("llvmlite",)
         case "robot_gateway":
             simulated = [end for end in arms if end.driver != "cr5" and not end.address]
             return (*["pinocchio"] * bool(arms), *["mujoco"] * bool(simulated))

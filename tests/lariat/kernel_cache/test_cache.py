@@ -263,7 +263,7 @@ def test_where_nothing_can_be_kept_a_kernel_is_compiled_for_its_process(
 
 def test_a_compiled_kernel_refuses_other_arrays_than_it_takes() -> None:
     kernel = cache.kernel(camera_kernels.EDGES)
-    depth, z_buffer, *others = edges()[0].arguments
+    depth, z_buffer, *others = map(np.asarray, edges()[0].arguments)
     with pytest.raises(TypeError, match="array of uint16 with 2 dimensions, got int32"):
         kernel(depth.astype(np.int32), z_buffer, *others)
     with pytest.raises(TypeError, match="contiguous array of float32"):

@@ -130,14 +130,13 @@ def _machine_code(name: str) -> bytes:
 
 def _intermediate_code(name: str) -> tuple[str, str]:
     """Return the intermediate code of a kernel from the files that Taichi wrote, and its symbol."""
-    written = [path.read_text() for path in sorted(Path().glob("*.ll"))]
     pattern = re.compile(rf"^define .*@({name}_\w+_kernel_\d+_\w+)\(", re.MULTILINE)
-    for text in reversed(written):
-        if symbols := pattern.findall(text):
-            if len(symbols) > 1 or not symbols[0].endswith("_serial"):
-                raise ValueError(f"{name} is no serial kernel: Taichi made {', '.join(symbols)}")
-            return text, symbols[0]
-    raise ValueError(f"none of the {len(written)} files that Taichi wrote holds {name}")
+    texts = [path.read_text() for path in Path().glob("*.ll")]
+    written = {symbol: text for text in texts for symbol in pattern.findall(text)}
+    if len(written) != 1 or not next(iter(written)).endswith("_serial"):
+        raise ValueError(f"{name} is no serial kernel: Taichi wrote {', '.join(written) or 'none'}")
+    ((symbol, text),) = written.items()
+    return text, symbol
 
 
 def _argument_codes(kernel: Any) -> str:

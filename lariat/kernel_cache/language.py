@@ -6,7 +6,7 @@ try:
     import taichi as ti
 except ModuleNotFoundError:
     try:
-        import quadrants as ti
+        import quadrants as ti  # pyright: ignore[reportMissingImports]  # from Python 3.14 on
     except ModuleNotFoundError as error:
         raise NoCompilerError from error
 

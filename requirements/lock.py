@@ -62,7 +62,7 @@ def requirements(image: str) -> set[str]:
     extras = project["optional-dependencies"]
     pending = [*project["dependencies"], *extras["bus"]]
     pending += extras.get(EXTRAS.get(image, image), ())
-    found = set(BUILD_REQUIREMENTS) if image in ("all", "dev") else set()
+    found: set[str] = set(BUILD_REQUIREMENTS) if image in ("all", "dev") else set()
     while pending:
         requirement = pending.pop()
         own = re.match(r"lariat\[(.*)\]", requirement)

@@ -50,8 +50,10 @@ MAX_PRE_ROLL_SIZE = 2**28
 MAX_STEP_SIZE = 2**23
 """Size of the messages after which a step writes no more images [bytes]; each late step after
 another halves it."""
-LATE_STEP_TIME = SECOND // 4
+LATE_STEP_TIME = SECOND // 2
 """Time since the step before from which a step is late [ns]."""
+FLUSHED_STEP_TIME = SECOND // 10
+"""Time since the step before from which a step flushes: the next may take as long [ns]."""
 
 
 class RunFiles:
@@ -127,8 +129,9 @@ class RunFiles:
         """Write messages, begin and end files, check the free space, flush the open file."""
         if self._start is None:
             self._start = now
-        late = self._stepped is not None and now - self._stepped >= LATE_STEP_TIME
-        self._stepped, self.late_steps = now, self.late_steps + 1 if late else 0
+        since_last = 0 if self._stepped is None else now - self._stepped
+        self._stepped = now
+        self.late_steps = self.late_steps + 1 if since_last >= LATE_STEP_TIME else 0
         # Arms that still move belong to the run: another file would hold its end once more.
         last = max(self._run_end, self._moved)
         if self.run and self._run_end and now - last >= AFTER_RUN_TIME:
@@ -143,8 +146,7 @@ class RunFiles:
             return
         try:
             self._check_free_space()
-            # The next step may be late, too.
-            self._writer.flush(now, at_once=self.late_steps > 0)
+            self._writer.flush(now, at_once=since_last >= FLUSHED_STEP_TIME)
         except OSError as error:
             self._give_up(f"cannot write {self._writer.path}: {error}", now)
 

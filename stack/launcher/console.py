@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
+from contextlib import suppress
 from typing import TextIO
 
 from lariat.plain_text import plain_text
@@ -33,12 +34,14 @@ class ProcessConsole:
         text = plain_text(text)
         level = level or text.partition(":")[0]
         color = _LEVEL_COLORS.get(level)
-        if not self._colored:
-            print(f"{name:>{self._width}} | {text}", file=self._stream, flush=True)
-            return
-        own = self._colors.setdefault(name, _NAME_COLORS[len(self._colors) % len(_NAME_COLORS)])
-        text = f"\x1b[{color}m{text}\x1b[0m" if color else text
-        print(f"\x1b[{own}m{name:>{self._width}} |\x1b[0m {text}", file=self._stream, flush=True)
+        line = f"{name:>{self._width}} | {text}"
+        if self._colored:
+            own = self._colors.setdefault(name, _NAME_COLORS[len(self._colors) % len(_NAME_COLORS)])
+            text = f"\x1b[{color}m{text}\x1b[0m" if color else text
+            line = f"\x1b[{own}m{name:>{self._width}} |\x1b[0m {text}"
+        # The terminal may have been closed; what runs is ended in order all the same.
+        with suppress(OSError):
+            print(line, file=self._stream, flush=True)
 
 
 class ConsoleHandler(logging.Handler):

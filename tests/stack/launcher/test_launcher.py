@@ -27,12 +27,14 @@ RUNNING_TEXT = load("three-cylinders").text.partition("\n")[2]
 class Stack:
     """A launcher with its processes, and the test's ear on it."""
 
-    def __init__(self, cell: Cell, folder: Path, *names: str) -> None:
+    def __init__(self, cell: Cell, folder: Path, *names: str, terminal: int | None = None) -> None:
         self._output = folder / "output"
         launch = [sys.executable, "-m", "tests.stack.launch", str(cell.port), cell.namespace]
         with self._output.open("w") as output:
             self.process = subprocess.Popen(
-                [*launch, *names], stdout=output, stderr=subprocess.STDOUT
+                [*launch, *names],
+                stdout=output if terminal is None else terminal,
+                stderr=subprocess.STDOUT,
             )
         bus = cell("test")
         self.requests = bus.publisher(topics.TASK_REQUEST)
@@ -169,6 +171,22 @@ def test_process_that_saves_data_is_waited_for_within_ten_seconds(
         assert "one | 5 of" in stack.output
         assert ("closed in order" in stack.output) == saved
         assert ("one | does not end; killed" in stack.output) != saved
+    finally:
+        stack.close()
+
+
+def test_stack_whose_terminal_was_closed_ends_in_order(cell: Cell, tmp_path: Path) -> None:
+    reader, terminal = os.openpty()
+    stack = Stack(cell, tmp_path, "one:2", terminal=terminal)
+    try:
+        stack.until_ready("one")
+        os.close(terminal)
+        os.close(reader)
+        start = time.monotonic()
+        stack.process.send_signal(signal.SIGHUP)
+        assert stack.process.wait(timeout=15.0) == 0
+        # It has waited for what saves data.
+        assert time.monotonic() - start > 1.0
     finally:
         stack.close()
 

@@ -29,56 +29,47 @@ class StopCause:
     """Way in which the commanded motion ends."""
     resumes: Resumption
     """Condition for moving again."""
-    recovery: str
-    """Actions before or after moving again."""
     rule: Rule | None = None
     """Rule that is broken, if any."""
 
 
 STOP_CAUSES: dict[str, StopCause] = {
-    "boot": StopCause(
-        "the gateway started", "at once", "none", "after arming", "a new boot id, no writer"
-    ),
+    "boot": StopCause("the gateway started", "at once", "none", "after arming"),
     "disarm": StopCause(
-        "a person disarms", "at the next tick, 8 ms", "jerk-limited", "after arming", "no writer"
+        "a person disarms", "at the next tick, 8 ms", "jerk-limited", "after arming"
     ),
     "acknowledged": StopCause(
         "a person has acknowledged a stop",
         "at once",
         "none",
         "after resuming",
-        "the arms stand and are made ready; the writer that the person named",
     ),
     "consent": StopCause(
         "the person who lets the arms approach the start has released the button",
         "80 ms after the last sign of life",
         "jerk-limited",
         "after an approach",
-        "an approach over the distance that is left",
     ),
     "unfinished_approach": StopCause(
         "a person has acknowledged a stop on the way to the start",
         "at once",
         "none",
         "after an approach",
-        "an approach over the distance that is left",
     ),
     "person": StopCause(
-        "a person holds", "at the next tick", "jerk-limited", "after acknowledgement", "a new chunk"
+        "a person holds", "at the next tick", "jerk-limited", "after acknowledgement"
     ),
     "writer_holds": StopCause(
         "the controller holds (paused, rope lost)",
         "at the next tick",
         "jerk-limited",
         "by itself",
-        "its next chunk",
     ),
     "silence": StopCause(
         "no fresh setpoints: controller, bus or network dead or stopped",
         "brakes 50 ms after the last chunk's receipt, holds after 100 ms",
         "jerk-limited",
         "after acknowledgement",
-        "the next chunk of the same writer",
         "fresh",
     ),
     "new_writer": StopCause(
@@ -86,7 +77,6 @@ STOP_CAUSES: dict[str, StopCause] = {
         "at its first chunk, 0.5 s after the former writer's last one",
         "jerk-limited",
         "after acknowledgement",
-        "the new writer's chunk; the old one's are refused",
         "ordered",
     ),
     "second_gateway": StopCause(
@@ -94,28 +84,24 @@ STOP_CAUSES: dict[str, StopCause] = {
         "at its first message",
         "jerk-limited",
         "after acknowledgement",
-        "once the other one has been silent for a second",
     ),
     "refused": StopCause(
         "a chunk breaks a rule",
         "when it arrives",
         "none",
         "by itself",
-        "the chunk before runs to its resting end; then the next good one",
     ),
     "boundary": StopCause(
         "the stop after the next step would break a rule (an obstacle appeared, the rope is taut)",
         "before the step is taken",
         "jerk-limited",
         "by itself",
-        "the same chunk, as far as the rule permits",
     ),
     "left_behind": StopCause(
         "the command fell too far behind its chunk",
         "at the next tick",
         "jerk-limited",
         "by itself",
-        "a new chunk from where the arm is",
         "step",
     ),
     "stalled": StopCause(
@@ -123,7 +109,6 @@ STOP_CAUSES: dict[str, StopCause] = {
         "at the first tick after; the guard of a moving CR5 stops it after 100 ms",
         "by the arm",
         "after acknowledgement",
-        "the pose is read; the rest of the old motion is never sent",
         "fresh",
     ),
     "tracking": StopCause(
@@ -131,7 +116,6 @@ STOP_CAUSES: dict[str, StopCause] = {
         "from its feedback, 8 ms",
         "jerk-limited",
         "after acknowledgement",
-        "a new chunk from where the arm is",
         "step",
     ),
     "measured": StopCause(
@@ -139,14 +123,12 @@ STOP_CAUSES: dict[str, StopCause] = {
         "from their feedback, 8 ms",
         "jerk-limited",
         "after acknowledgement",
-        "a new chunk from where the arms are; nothing may get worse",
     ),
     "pulled": StopCause(
         "the contact force of an arm exceeds its limit: the rope is taut or caught",
         "from its feedback, mean over 0.1 s",
         "jerk-limited",
         "after acknowledgement",
-        "a new chunk; the force may not grow until it is below the limit",
         "overstretch",
     ),
     "alarm": StopCause(
@@ -155,14 +137,12 @@ STOP_CAUSES: dict[str, StopCause] = {
         "from its feedback, 8 ms",
         "by the arm",
         "after acknowledgement",
-        "errors are cleared, the arm enabled, its pose read; never old motion",
     ),
     "lost_link": StopCause(
         "no feedback of the arm for 100 ms, or a socket closed",
         "100 ms",
         "by the arm",
         "after acknowledgement",
-        "connection, the whole handshake, the pose; never old motion",
         "lost_link",
     ),
     "gateway_dies": StopCause(
@@ -170,18 +150,15 @@ STOP_CAUSES: dict[str, StopCause] = {
         "at once, by the guard of a CR5",
         "by the arm",
         "after arming",
-        "the guard takes the arm's power; the next gateway is armed by a person",
     ),
 }
 
 
 def markdown() -> str:
     """Return the table as it stands in `docs/concepts/safety.md`."""
-    head = (
-        "| cause | description | detection | stop | resumes | recovery |\n|---|---|---|---|---|---|"
-    )
+    head = "| cause | description | detection | stop | resumes |\n|---|---|---|---|---|"
     rows = [
-        f"| `{name}` | {c.description} | {c.detection} | {c.stop} | {c.resumes} | {c.recovery} |"
+        f"| `{name}` | {c.description} | {c.detection} | {c.stop} | {c.resumes} |"
         for name, c in STOP_CAUSES.items()
     ]
     return "\n".join([head, *rows])

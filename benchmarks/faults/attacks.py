@@ -20,7 +20,6 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -28,6 +27,8 @@ from urllib.parse import urlsplit
 import numpy as np
 import psutil
 
+from benchmarks.faults.attack import Attack, NoControl
+from benchmarks.faults.doors import hostile_files, hostile_requests, second_stack
 from benchmarks.faults.machines import ROBOT, cable, on_second_machine
 from benchmarks.live_stack import LiveStack
 from benchmarks.operator import DeadlineMissed, Operator
@@ -82,26 +83,8 @@ RUN_TIMEOUT = 60.0
 """Longest wait for the goal of the lawful run afterwards [s]."""
 
 
-@dataclass(frozen=True)
-class Attack:
-    """Attempt of somebody who may not do it."""
-
-    who: str
-    """Attacker."""
-    attempt: str
-    """What they try."""
-    outcome: str
-    """What comes of it, in words."""
-    held: bool
-    """Whether it was refused."""
-
-
-class NoControl(RuntimeError):
-    """What must be possible is not, so that the refusal of an attack would prove nothing."""
-
-
 def run(scenario: Path = DEFAULT_SCENARIO, json: bool = False) -> int:
-    """Attack a live stack as a web page, another user, a machine of the network, a process.
+    """Attack a live stack as a web page, another user, a machine of the network, a process, a file.
 
     Another user and another machine are played by root alone; without it these attacks are left
     out, and the table says so.
@@ -118,8 +101,16 @@ def run(scenario: Path = DEFAULT_SCENARIO, json: bool = False) -> int:
     logging.disable(logging.WARNING)
     with LiveStack(find(scenario)) as stack:
         # First those that fork: the bus has not been joined yet.
-        for of_an_attacker in (_other_user, _other_machine, _web_pages, _bus_member):
+        for of_an_attacker in (
+            _other_user,
+            _other_machine,
+            _web_pages,
+            second_stack,
+            hostile_requests,
+            _bus_member,
+        ):
             attacks += of_an_attacker(stack)
+        attacks += hostile_files(stack.folder)
     logging.disable(logging.NOTSET)
     report(attacks, json=json)
     return 0 if attacks and all(each.held for each in attacks) else 1

@@ -20,7 +20,7 @@ from zstandard import ZstdDecompressor
 MAX_RECORD_SIZE = 2**27
 """Size of a record, compressed or not, above which it counts as damage [bytes]; a chunk holds at
 most one image beyond `CHUNK_SIZE`."""
-MAX_RECORD_COUNT = 200_000
+MAX_RECORD_COUNT = 40_000
 """Number of records of a chunk above which it counts as damage; one of `CHUNK_SIZE` has below
 10,000, and a chunk of compressed zeros millions."""
 _RECORD = struct.Struct("<BQ")

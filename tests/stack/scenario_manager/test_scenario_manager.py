@@ -315,3 +315,9 @@ def test_fault_of_the_program_while_a_request_is_handled_is_a_refusal(
 
     monkeypatch.setattr(ScenarioLibrary, "save", fail)
     assert switch.ask(action=StackRequest.SAVE, name="abc") == "KeyError: 'x'"
+
+
+def test_setting_of_a_deep_key_is_refused_by_the_number_of_its_parts(tmp_path: Path) -> None:
+    settings = ["rope" + ".a" * 1800 + "=1"]
+    refusal = Switch(tmp_path).ask(action=StackRequest.SAVE, name="abc", settings=settings)
+    assert "the key has 1801 parts; give up to 8" in refusal

@@ -12,6 +12,8 @@ from lariat.scenario.cameras import check_cameras
 from lariat.scenario.scenario import MAX_LENGTH_ERROR, Scenario
 from lariat.scenario.sections import SIDES, Shape, Side
 
+MAX_CHANGES = 200
+"""Largest number of goals that follow and events of a scenario [-]."""
 MAX_SUPPORT_DEPTH = 0.002
 """Depth to which a shape may penetrate a support [m]."""
 MAX_PART = 0.9
@@ -32,6 +34,11 @@ def check(scenario: Scenario) -> None:
     if len(names) > MAX_OBSTACLES:
         raise ConfigurationError(
             f"{len(names)} obstacles with the table, more than {MAX_OBSTACLES}; join some to boxes"
+        )
+    changes = len(scenario.next_goals) + len(scenario.events)
+    if changes > MAX_CHANGES:
+        raise ConfigurationError(
+            f"{changes} next_goals and events, more than {MAX_CHANGES}; divide the scenario"
         )
     for name in names:
         if names.count(name) > 1:

@@ -144,7 +144,11 @@ class PerceptionService:
                     self._nodes = chain(perceived.positions)
                     yield Publication(topics.ROPE_NODES, perceived)
         else:
-            yield from self._process_cameras(inbox, now)
+            with self.door.guard("the images of the cameras") as outcome:
+                yield from self._process_cameras(inbox, now)
+            if outcome.refusal:
+                for camera in self._cameras:
+                    camera.forget()
         for received in inbox.every(topics.SCENE_REQUEST):
             self._requests.handle(received.message, self._nodes)
             yield self._scene_state(now)

@@ -254,6 +254,12 @@ def test_too_many_obstacles_are_refused(tmp_path: Path):
         parse(SMALLEST + 300 * obstacle, tmp_path)
 
 
+def test_too_many_goals_are_refused() -> None:
+    goal = "[[next_goals]]\nline = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]\n"
+    with pytest.raises(ConfigurationError, match="201 next_goals and events, more than 200"):
+        parse(SMALLEST + 201 * goal, FOLDER)
+
+
 def test_every_node_of_the_controller_is_one_of_the_finer_plant() -> None:
     scenario = changed("diameter = 0.008", "diameter = 0.008\nnode_count = 30")
     assert scenario.plant_rope.node_count == 88  # pyright: ignore[reportAttributeAccessIssue]

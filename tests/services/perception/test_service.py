@@ -271,3 +271,23 @@ def test_other_ropes_are_searched_in_a_step_of_their_own() -> None:
     for stamp, time in others.items():
         assert time - ropes[stamp] == pytest.approx(SECOND / PerceptionService.rate, abs=1)
         assert time not in ropes.values()
+
+
+def test_images_that_cannot_be_handled_are_refused_and_the_next_ones_are_seen(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    cell = Cell(scenario())
+    (service,) = (s.service for s in cell.stack._scheduled if s.service.name == "perception")
+    assert isinstance(service, PerceptionService)
+    service.door.strict = False
+
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError
+
+    with monkeypatch.context() as patch:
+        patch.setattr("services.perception.service.fuse", fail)
+        cell.run(0.3)
+    assert service.door.refused > 3
+    assert not cell.chains(topics.ROPE_NODES)
+    cell.run(0.3)
+    assert cell.chains(topics.ROPE_NODES)

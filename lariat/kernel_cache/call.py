@@ -68,12 +68,13 @@ class CompiledKernel:
         types = [k.structure if isinstance(k, _Array) else k for k in self._kinds]
         places = tuple((f"a{k}", kind) for k, kind in enumerate(types))
         self._arguments: Any = type("Arguments", (ctypes.Structure,), {"_fields_": places})
-        # A serial kernel reads nothing else of its context.
+        # A serial kernel reads its arguments; real functions get a copy of some of the others.
         context = (
             ("arguments", ctypes.c_void_p),
             ("runtime", ctypes.c_void_p),
             ("thread", ctypes.c_int32),
             ("results", ctypes.c_void_p),
+            ("others", ctypes.c_uint64 * 8),
         )
         self._context: Any = type("Context", (ctypes.Structure,), {"_fields_": context})
         self._function = ctypes.CFUNCTYPE(None, ctypes.POINTER(self._context))(address)

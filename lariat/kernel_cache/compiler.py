@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import os
+import platform
 import re
 import tempfile
 from collections.abc import Sequence
@@ -21,6 +22,7 @@ from llvmlite import binding as llvm
 
 from lariat.kernel_cache import cache, runtime
 from lariat.kernel_cache.key import kernel_key, target
+from lariat.kernel_cache.language import ti
 from lariat.kernel_cache.source import KernelSource
 
 MAX_DEVIATIONS = {"f8": 1e-9, "f4": 1e-6}
@@ -38,29 +40,6 @@ RUNTIME_FUNCTIONS = {
     "pow_f64": "pow",
 }
 """Functions of Taichi's runtime, by what LLVM and the C library have for them."""
-CONTEXT_FUNCTIONS = """
-define ptr @RuntimeContext_get_runtime(ptr %context) {
-  %field = getelementptr ptr, ptr %context, i32 1
-  %value = load ptr, ptr %field
-  ret ptr %value
-}
-define void @RuntimeContext_set_runtime(ptr %context, ptr %value) {
-  %field = getelementptr ptr, ptr %context, i32 1
-  store ptr %value, ptr %field
-  ret void
-}
-define ptr @RuntimeContext_get_result_buffer(ptr %context) {
-  %field = getelementptr ptr, ptr %context, i32 3
-  %value = load ptr, ptr %field
-  ret ptr %value
-}
-define void @RuntimeContext_set_result_buffer(ptr %context, ptr %value) {
-  %field = getelementptr ptr, ptr %context, i32 3
-  store ptr %value, ptr %field
-  ret void
-}
-"""
-"""What a call of a real function reads and writes of its context."""
 
 
 def main(folder: str, source: KernelSource) -> None:
@@ -112,7 +91,7 @@ def _machine_code(name: str) -> bytes:
         text = text.replace(f"@{function}(", f"@{better}(")
     # Taichi leaves it to its code generator to fuse products and sums.
     module = llvm.parse_assembly(text.replace(" reassoc ", " reassoc contract "))
-    module.link_in(llvm.parse_assembly(CONTEXT_FUNCTIONS))
+    module.link_in(llvm.parse_assembly(_context_functions(text)))
     for function in module.functions:
         if not function.is_declaration:
             function.linkage = "external" if function.name == symbol else "internal"
@@ -137,6 +116,21 @@ def _intermediate_code(name: str) -> tuple[str, str]:
         raise ValueError(f"{name} is no serial kernel: Taichi wrote {', '.join(written) or 'none'}")
     ((symbol, text),) = written.items()
     return text, symbol
+
+
+def _context_functions(text: str) -> str:
+    """Return the code of the runtime's functions by which real functions read their context.
+
+    Taichi ships them unoptimized, with attributes that keep LLVM from inlining them.
+    """
+    suffix = "x64" if platform.machine() == "x86_64" else "arm64"
+    path = Path(ti.__file__).parent / "_lib" / "runtime" / f"runtime_{suffix}.bc"
+    runtime_text = str(llvm.parse_bitcode(path.read_bytes()))
+    parts = re.findall(r"^%.* = type .*", runtime_text, re.MULTILINE)
+    for name in sorted(set(re.findall(r"@(RuntimeContext_\w+)\(", text))):
+        pattern = rf"^define [^\n]*@{name}\(.*?^}}"
+        parts += re.findall(pattern, runtime_text, re.MULTILINE | re.DOTALL)
+    return re.sub(r" #\d+", "", "\n".join(parts))
 
 
 def _argument_codes(kernel: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import struct
 import subprocess
 import sys
@@ -32,7 +33,9 @@ from stack.launcher import module_entry
 SCENARIO = "three-cylinders"
 """Scenario that the controls use."""
 ANSWER_TIMEOUT = 20.0
-"""Longest wait for an answer, of the launcher or of a command with a hostile file [s]."""
+"""Longest wait for an answer of the launcher [s]."""
+LONGEST, TIMEOUT = 20.0, 120.0
+"""Longest processor time, and longest time, of a command with a hostile file [s]."""
 PERIOD = 0.02
 """Time between two looks [s]."""
 DEEP_KEY = ".a" * 30_000
@@ -154,12 +157,18 @@ def _files(
         if code not in (0, 1):
             raise NoControl(f"lariat {verb} {valid} ends with {code}: {said}")
     for attempt, path in hostile.items():
-        begun = time.monotonic()
+        begun = _processor_time()
         code, said = _command(path.parent, verb, str(path), *options)
-        seconds = time.monotonic() - begun
-        outcome = f"exit code {code} after {seconds:.1f} s"
-        refused = code in held and "Traceback" not in said and seconds < ANSWER_TIMEOUT
+        seconds = _processor_time() - begun
+        outcome = f"exit code {code} after {seconds:.1f} s of processor time"
+        refused = code in held and "Traceback" not in said and seconds < LONGEST
         yield Attack(f"author of a file for {verb}", attempt, outcome, refused)
+
+
+def _processor_time() -> float:
+    """Return the processor time of all commands that have ended [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _command(folder: Path, *words: str) -> tuple[int, str]:
@@ -170,7 +179,7 @@ def _command(folder: Path, *words: str) -> tuple[int, str]:
             cwd=folder,
             capture_output=True,
             text=True,
-            timeout=6 * ANSWER_TIMEOUT,
+            timeout=TIMEOUT,
             check=False,
         )
     except subprocess.TimeoutExpired:

@@ -31,6 +31,7 @@ from dashboard.scene.legend import COLORINGS, Coloring, legend_html
 from dashboard.scene.scene_setup import initial_viewpoint, set_theme
 from dashboard.scene.scene_view import INITIALLY_HIDDEN, LAYERS, SceneView
 from dashboard.subscriptions import HEALTHS, STALE_AGE, latest_with_age, unheard
+from dashboard.uploads import Uploads
 from dashboard.web.site import notify
 from lariat.geometry.obstacle_motion import obstacles_at
 from lariat.scenario import SIDES, Scenario
@@ -76,6 +77,7 @@ class Page:
         self._scenario = scenario
         self._outbox = outbox
         self._actions = ActionQueue()
+        self._uploads = Uploads(self._actions, self.notify)
         gui = server.gui
         gui.set_panel_label(f"Lariat · {scenario.name}")
         simulated = not any(scenario.end(s).address for s in SIDES)
@@ -87,7 +89,7 @@ class Page:
         )
         with gui.add_folder("Goal", visible=live):
             self._goal_editor = GoalEditor(
-                server, scenario, self._actions, outbox, self._scene, self.notify
+                server, scenario, self._actions, outbox, self._scene, self._uploads
             )
             self._goal_shortcuts = GoalShortcuts(gui, self._actions, outbox)
             with gui.add_folder("Saved goals", expand_by_default=False):
@@ -130,7 +132,9 @@ class Page:
             self._health = HealthPanel(gui)
         if live:
             with panel.add_tab("Scenario", viser.Icon.FILE_SETTINGS):
-                self._scenarios = ScenarioPanel(gui, scenario, self._actions, outbox, self.notify)
+                self._scenarios = ScenarioPanel(
+                    gui, scenario, self._actions, outbox, self.notify, self._uploads
+                )
             with panel.add_tab("Campaign", viser.Icon.REPEAT):
                 self._campaigns = CampaignPanel(
                     gui, scenario, self._actions, outbox, self.notify, self._scenarios.changes
@@ -378,5 +382,6 @@ class Page:
 
     def close(self) -> None:
         """Stop the page's threads."""
+        self._uploads.close()
         for camera in self._cameras:
             camera.close()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from dashboard.controls.first_steps import FirstSteps
+from dashboard.controls.hold_path import HoldPath
 from dashboard.controls.stop_bar import StopBar
 from dashboard.options import DashboardOptions
 from dashboard.outbox import Outbox
@@ -42,7 +43,8 @@ class DashboardService:
     def __init__(self, scenario: Scenario, session: str, options: DashboardOptions) -> None:
         self.reads = reads(scenario)
         self.outbox = Outbox(session)
-        self._stop_bar = StopBar(self.outbox)
+        self.reflex = HoldPath(session)
+        self._stop_bar = StopBar(self.outbox, self.reflex)
         self._first_steps = FirstSteps()
         self._site = Site(options, f"{scenario.name} · Lariat", self._stop_bar)
         self.address = self._site.address
@@ -60,7 +62,6 @@ class DashboardService:
         task, _ = latest_with_age(inbox, topics.TASK_STATE, now)
         stack, _ = latest_with_age(inbox, topics.STACK_STATE, now)
         status = self._stop_bar.step(
-            [r.message for r in inbox.every(topics.ARM_STATE)],
             arms,
             age,
             now,

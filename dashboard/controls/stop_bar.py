@@ -14,9 +14,10 @@ from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
 from dashboard.controls.first_steps import FirstStep
+from dashboard.controls.hold_path import HoldPath, is_stopped
 from dashboard.outbox import Outbox
 from dashboard.subscriptions import STALE_AGE
-from dashboard.web.cell_socket import HOLD_TIMEOUT, Approach, HoldAnswer
+from dashboard.web.cell_socket import Approach, HoldAnswer
 from lariat.trajectory import SECOND
 from shared.messages import ArmCommand, ArmStates
 
@@ -26,19 +27,6 @@ MAX_SIGN_GAP = 150_000_000
 """Longest time between two signs of life of one press [ns]; after it the press has ended."""
 ENDED_PRESSES = 64
 """Number of ended presses that are remembered [-]."""
-STOPPED_MODES = (ArmStates.DISARMED, ArmStates.HOLDING, ArmStates.FAULT)
-"""Modes in which the arms stand or brake; they stay so unless the gateway says `may_move`."""
-
-
-class _Hold(NamedTuple):
-    """Hold that waits for the gateway's confirmation."""
-
-    command: str
-    """Id of the command."""
-    sent: int
-    """Time of the request [ns]."""
-    answer: Future[HoldAnswer]
-    """Answer to the person."""
 
 
 class _Press(NamedTuple):
@@ -58,13 +46,12 @@ class StopBar:
     `hold`, `approach` and `release` may be called in any thread.
     """
 
-    def __init__(self, outbox: Outbox) -> None:
+    def __init__(self, outbox: Outbox, holds: HoldPath) -> None:
         """Create the bar."""
-        self._outbox = outbox
+        self._outbox, self._holds = outbox, holds
         self._actions = ActionQueue()
         self._now = 0
         self._newest: ArmStates | None = None
-        self._holds: list[_Hold] = []
         self._press: _Press | None = None
         self._ended: deque[int] = deque([0], maxlen=ENDED_PRESSES)
         self._consented = False
@@ -72,8 +59,9 @@ class StopBar:
 
     def hold(self) -> Future[HoldAnswer]:
         """Stop the arms; the future is completed when the gateway has confirmed it."""
-        answer: Future[HoldAnswer] = Future()
-        self._actions.put(lambda: self._hold(answer))
+        answer = self._holds.hold()
+        if press := self._press:
+            self.release(press.number)
         return answer
 
     def approach(self, sign: Approach) -> None:
@@ -87,7 +75,6 @@ class StopBar:
 
     def step(
         self,
-        arms: Sequence[ArmStates],
         newest: ArmStates | None,
         age: float,
         now: int,
@@ -95,11 +82,10 @@ class StopBar:
         steps: Sequence[FirstStep] = (),
         activity: str = "",
     ) -> str | None:
-        """Do what people asked for, and answer the holds that the gateway has confirmed.
+        """Do what people asked for, and return the bar's new status when it is due.
 
         Args:
-            arms: States of the gateway since the last step.
-            newest: Newest of them ever.
+            newest: Newest state of the gateway.
             age: Its age [s].
             now: Present time [ns].
             silent: Services that have fallen silent, in words; empty when all are heard.
@@ -107,11 +93,11 @@ class StopBar:
             activity: Words about another cell that is about to be started; empty if none is.
         """
         self._now, self._newest = now, newest
+        self._holds.newest = newest or ArmStates()
         self._actions.run()
         if self._consented and self._press and newest and self._press.number not in self._ended:
             self._outbox.consent(self._press.command, newest)
         self._consented = False
-        self._answer_holds(arms)
         if self._press and self._now - self._press.sign_time > MAX_SIGN_GAP:
             self._end(self._press.number)
         if self._now - self._status_time < STATUS_PERIOD:
@@ -122,7 +108,7 @@ class StopBar:
             "text": line.text,
             "detail": line.detail,
             "color": palette.css(line.color),
-            "stopped": newest is not None and age <= STALE_AGE and _is_stopped(newest),
+            "stopped": newest is not None and age <= STALE_AGE and is_stopped(newest),
             "approach": _offer(newest),
             "ended": self._ended[-1],
             "silent": silent,
@@ -130,23 +116,6 @@ class StopBar:
             "activity": activity,
         }
         return msgspec.json.encode(status).decode()
-
-    def _hold(self, answer: Future[HoldAnswer]) -> None:
-        # The gateway obeys a hold whatever it answers, so it is sent before its first state too.
-        command = self._outbox.command_arms(ArmCommand.HOLD, self._newest or ArmStates(), "Hold")
-        self._holds.append(_Hold(command, self._now, answer))
-        if self._press:
-            self._end(self._press.number)
-
-    def _answer_holds(self, arms: Sequence[ArmStates]) -> None:
-        for hold in list(self._holds):
-            answer = next((a for s in arms if (a := _confirmation(hold, s))), None)
-            if answer is None and self._now - hold.sent <= HOLD_TIMEOUT * SECOND:
-                continue
-            self._holds.remove(hold)
-            # Its reader may have given up in the meantime.
-            if answer and hold.answer.set_running_or_notify_cancel():
-                hold.answer.set_result(answer)
 
     def _take_sign(self, sign: Approach) -> None:
         if self._newest is None or sign.press in self._ended:
@@ -171,20 +140,6 @@ class StopBar:
         if self._press is not None and self._press.number == press:
             self._press = None
             self._ended.append(press)
-
-
-def _confirmation(hold: _Hold, state: ArmStates) -> HoldAnswer | None:
-    """Answer that a state of the gateway gives to a hold; None if it gives none."""
-    line = status_text.gateway_status(state, 0.0)
-    if state.last_command == hold.command:
-        return HoldAnswer(not state.refusal, state.refusal or line.text)
-    return HoldAnswer(True, line.text) if _is_stopped(state) else None
-
-
-def _is_stopped(state: ArmStates) -> bool:
-    """Return whether the arms stand or brake, and stay so until a person acts."""
-    stands = state.mode in STOPPED_MODES or state.needs_resume
-    return stands and not state.may_move and not state.approaching
 
 
 def _offer(arms: ArmStates | None) -> dict[str, float | str] | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -16,8 +15,9 @@ from dashboard.editors import goal_file
 from dashboard.editors.counted_stretch import CountedStretch
 from dashboard.editors.grip_angles import grip_angles, grip_orientation
 from dashboard.editors.pull_handle import ARRIVED, PullHandle
-from dashboard.outbox import Notification, Outbox
+from dashboard.outbox import Outbox
 from dashboard.scene.scene_view import SceneView
+from dashboard.uploads import Uploads
 from lariat.geometry.poses import Pose
 from lariat.scenario import SIDES, Goal, Scenario, Side
 from lariat.trajectory import SECOND
@@ -52,13 +52,12 @@ class GoalEditor:
         actions: ActionQueue,
         outbox: Outbox,
         view: SceneView,
-        notify: Callable[[Notification], None],
+        uploads: Uploads,
     ) -> None:
         """Add the elements to the page."""
         self._scenario = scenario
         self._outbox = outbox
         self._view = view
-        self._notify = notify
         self._editing = False
         self._goal_revision = -1
         self._touched = False
@@ -102,7 +101,12 @@ class GoalEditor:
             hint="x, y, z [m] in each row, from the left end to the right",
         )
         self._upload.on_upload(
-            lambda event: actions.put(partial(self._take_file, event.target.value))
+            lambda event: uploads.take(
+                event.target.value,
+                "a goal",
+                lambda content: goal_file.parse(content, scenario),
+                partial(self._request_file, event.target.value.name),
+            )
         )
 
     def _add_gizmo(
@@ -282,13 +286,8 @@ class GoalEditor:
         self._outbox.request_task(TaskRequest.SET_GOAL, "Set goal", goal=goal)
         self._set_editing(False)
 
-    def _take_file(self, file: viser.UploadedFile) -> None:
-        try:
-            goal = goal_file.parse(file.content, self._scenario)
-        except ValueError as error:
-            self._notify(Notification(f"{file.name}: not a goal", str(error)))
-            return
-        self._outbox.request_task(TaskRequest.SET_GOAL, f"Goal {file.name}", goal=goal)
+    def _request_file(self, name: str, goal: Goal) -> None:
+        self._outbox.request_task(TaskRequest.SET_GOAL, f"Goal {name}", goal=goal)
 
     def _show_status(self, line: StatusLine) -> None:
         self._status.content = status_text.as_html(line, size="0.95em", margin="0.3em 1em")

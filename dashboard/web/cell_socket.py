@@ -19,6 +19,8 @@ MAX_MESSAGE = 512
 """Largest message of a stop bar [bytes]."""
 PING_PERIOD = 5.0
 """Time between two pings [s]."""
+MAX_HOLDS = 16
+"""Largest number of holds of a bar that wait for an answer at a time [-]; others go unanswered."""
 MAX_BARS = 64
 """Largest number of stop bars that are connected at a time [-]."""
 
@@ -39,6 +41,13 @@ class Release(msgspec.Struct, tag_field="type", tag="release", frozen=True):
 
     press: int
     """Number of the press."""
+
+
+class Hold(msgspec.Struct, tag_field="type", tag="hold", frozen=True):
+    """Press of HOLD."""
+
+    number: Annotated[int, Meta(ge=0, lt=1 << 53)]
+    """Number by which the answer names it."""
 
 
 class Seen(msgspec.Struct, tag_field="type", tag="seen", frozen=True):
@@ -88,7 +97,7 @@ class CellSocket:
         self._cell, self._controls = cell, controls
         self._status = ""
         self._news: set[asyncio.Event] = set()
-        self._decoder = msgspec.json.Decoder(Approach | Release | Seen | Ask | Answer)
+        self._decoder = msgspec.json.Decoder(Hold | Approach | Release | Seen | Ask | Answer)
 
     def show(self, status: str) -> None:
         """Send a status, a JSON object, to every stop bar; called in the web server's thread."""
@@ -97,13 +106,21 @@ class CellSocket:
         self._announce()
 
     async def hold(self, request: web.Request) -> web.Response:
-        """Answer a request to hold, after the gateway's confirmation or `HOLD_TIMEOUT`."""
+        """Answer a request to hold, of a page whose socket is not open."""
+        body = msgspec.json.encode(await self._hold())
+        return web.Response(body=body, content_type="application/json")
+
+    async def _hold(self) -> HoldAnswer:
+        """Hold, and return the gateway's answer, or that there is none after `HOLD_TIMEOUT`."""
         future = asyncio.wrap_future(self._cell.hold())
         try:
-            answer = await asyncio.wait_for(future, HOLD_TIMEOUT)
+            return await asyncio.wait_for(future, HOLD_TIMEOUT)
         except TimeoutError:
-            answer = HoldAnswer(False, "the robot gateway has not confirmed it")
-        return web.Response(body=msgspec.json.encode(answer), content_type="application/json")
+            return HoldAnswer(False, "the robot gateway has not confirmed it")
+
+    async def _answer_hold(self, socket: web.WebSocketResponse, number: int) -> None:
+        answer = {"hold": number, "answer": await self._hold()}
+        await socket.send_str(msgspec.json.encode(answer).decode())
 
     async def serve(self, request: web.Request) -> web.StreamResponse:
         """Send the status and take what the page's bar says, until the browser leaves."""
@@ -119,6 +136,7 @@ class CellSocket:
         self._controls.enter(page, time.monotonic())
         sender = asyncio.create_task(self._send(socket, news, seen, page))
         press: int | None = None
+        holds: set[asyncio.Task[None]] = set()
         try:
             async for message in socket:
                 if message.type is not WSMsgType.TEXT:
@@ -128,6 +146,11 @@ class CellSocket:
                 except (msgspec.DecodeError, UnicodeError):
                     break
                 match said:
+                    case Hold():
+                        if len(holds) < MAX_HOLDS:
+                            task = asyncio.create_task(self._answer_hold(socket, said.number))
+                            holds.add(task)
+                            task.add_done_callback(holds.discard)
                     case Seen():
                         seen.set()
                     case Ask():
@@ -148,7 +171,7 @@ class CellSocket:
             self._news.discard(news)
             self._controls.leave(page, time.monotonic())
             sender.cancel()
-            await asyncio.gather(sender, return_exceptions=True)
+            await asyncio.gather(sender, *holds, return_exceptions=True)
         await socket.close()
         return socket
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import secrets
 import threading
 from collections.abc import Awaitable, Callable
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 from aiohttp import web
@@ -17,12 +17,12 @@ from dashboard.options import DashboardOptions
 from dashboard.web import html
 from dashboard.web.access import COOKIE, Access, Address, parse_address
 from dashboard.web.cell_socket import Cell, CellSocket
+from dashboard.web.connections import Connection, Strangers, allow_many_descriptors
 from dashboard.web.controls import Controls
 from dashboard.web.relay import Relay
 from dashboard.web.secret_files import load_password, load_token
 from lariat.configuration import ConfigurationError
-
-log = logging.getLogger(__name__)
+from shared.door import Door
 
 MAX_FORM = 4096
 """Largest body of a request [bytes]."""
@@ -95,12 +95,14 @@ class WebServer:
         controls = Controls() if cell else None
         self._cell_socket = CellSocket(cell, controls) if cell and controls else None
         self._relay = Relay(viser_socket, controls)
+        self._door = Door()
+        self._strangers = Strangers()
         self._judging = asyncio.Lock()
         self._waiting = 0
+        allow_many_descriptors()
         self._loop = asyncio.new_event_loop()
-        self._runner = web.AppRunner(
-            self._application(), access_log=None, shutdown_timeout=SHUTDOWN_TIMEOUT
-        )
+        self._loop.set_exception_handler(self._take_fault)
+        self._runner = web.AppRunner(self._application(), shutdown_timeout=SHUTDOWN_TIMEOUT)
         try:
             self._loop.run_until_complete(self._listen(options.host, options.port))
         except OSError as error:
@@ -122,7 +124,7 @@ class WebServer:
 
     def close(self) -> None:
         """Disconnect everybody and stop."""
-        stopped = asyncio.run_coroutine_threadsafe(self._runner.cleanup(), self._loop)
+        stopped = asyncio.run_coroutine_threadsafe(self._stop(), self._loop)
         stopped.result()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
@@ -130,7 +132,21 @@ class WebServer:
 
     async def _listen(self, host: str, port: int) -> None:
         await self._runner.setup()
-        await web.TCPSite(self._runner, host, port).start()
+        server = self._runner.server
+        assert server is not None
+        self._listener = await self._loop.create_server(
+            lambda: Connection(server, self._loop, self._strangers, self._door), host, port
+        )
+
+    async def _stop(self) -> None:
+        self._listener.close()
+        await self._runner.cleanup()
+
+    def _take_fault(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Log what went wrong at a connection, folded: strangers can repeat it."""
+        error = context.get("exception")
+        fault = error if isinstance(error, Exception) else None
+        self._door.refuse("a connection", str(context["message"]), fault)
 
     def _application(self) -> web.Application:
         app = web.Application(middlewares=[self._guard], client_max_size=MAX_FORM)
@@ -196,6 +212,8 @@ class WebServer:
             cookie = request.cookies.get(COOKIE, "")
             if not (self._access.admits_cookie(address, cookie) and known):
                 raise self._closed(address)
+            if isinstance(request.protocol, Connection):
+                request.protocol.admit()
             # The page's own address, without the slash, and its cell are WebSockets.
             below = request.path.split("/")[3:]
             if upgrade != (below in ([], ["cell"])):
@@ -230,7 +248,7 @@ class WebServer:
             async with self._judging:
                 if self._access.admits_password(address, str(form.get("password", ""))):
                     return self._admit(address)
-                log.warning("a wrong password was entered at %s", address)
+                self._door.refuse(f"a password at {address}", "it is wrong")
                 await asyncio.sleep(WRONG_PASSWORD_DELAY)
         finally:
             self._waiting -= 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from collections.abc import Sequence
 
@@ -16,7 +17,7 @@ from shared.version import MESSAGE_VERSION
 
 
 class Publisher:
-    """Publisher of one topic."""
+    """Publisher of one topic, in any thread."""
 
     def __init__(
         self,
@@ -43,6 +44,7 @@ class Publisher:
         self._name = publisher
         self._clock = clock
         self._taps = taps
+        self._lock = threading.Lock()
         self.sequence = 0
         """Number of the next message."""
 
@@ -63,6 +65,10 @@ class Publisher:
                 f"not {type(message).__name__}"
             )
         payload = message.SerializeToString(deterministic=True)
+        with self._lock:
+            self._put(payload)
+
+    def _put(self, payload: bytes) -> None:
         now = self._clock.now()
         words = self.sequence, self._name, MESSAGE_VERSION, now
         self._publisher.put(payload, attachment=" ".join(map(str, words)))

@@ -12,6 +12,7 @@ In addition to the members of `shared.runtime.service.Service`, a service may ha
 * `greeting: str`: line to print on standard error once it is ready, for what must not be in the
   log: that is published and recorded,
 * `wakes: Sequence[Topic]`: topics of its inbox whose messages do not wait for the next step,
+* `reflex: shared.runtime.service.Reflex`: takes and publishes messages between the steps,
 * `door: shared.door.Door`: guards the handling of what others send; its refusals are counted,
 * `note: str`: current activity or problem, shown in its health,
 * `longest_step: float`: longest duration of a step [s], if longer than its period. No health is
@@ -51,7 +52,7 @@ from shared.runtime.health import HealthMeter
 from shared.runtime.logs import BusHandler, log_to_standard_error
 from shared.runtime.memory import reserve_memory
 from shared.runtime.pace import Pace
-from shared.runtime.service import Mailbox, Service
+from shared.runtime.service import Mailbox, Reflex, Service
 from shared.runtime.stall_watch import StallWatch
 from shared.version import version
 
@@ -230,6 +231,12 @@ class Runner:
             for topic in service.reads
         ]
         self._publishers = {t.key: bus.publisher(t) for t in service.writes}
+        self._reflex: Reflex | None = getattr(service, "reflex", None)
+        if self._reflex is not None:
+            self._reflex.connect(self._send_at_once)
+            # One that came while nobody waited is replaced by the next one.
+            topic = replace(self._reflex.reads, buffering="latest")
+            self._reflex_input = bus.subscribe(topic, arrived=self._react)
         self._tap = getattr(service, "tap", None)
         self._everything = bus.subscribe_all() if self._tap else None
         self._trace = bus.publisher(topics.TRACE.at(service.name))
@@ -237,6 +244,18 @@ class Runner:
         self._session = session
         self.meter = HealthMeter(1.0 / service.rate)
         self._stall_watch: StallWatch | None = None
+
+    def _send_at_once(self, message: Any) -> None:
+        """Publish a message of the reflex; called in any thread."""
+        assert self._reflex is not None
+        message.stamp = self._clock.now()
+        self._publishers[self._reflex.writes.key].put(message)
+
+    def _react(self) -> None:
+        """Pass a message that has just arrived to the reflex; called in the bus's thread."""
+        if self._reflex is not None and self._reflex.waits:
+            for _, item in self._reflex_input.take():
+                self._reflex.take(item.message)
 
     def watch(self) -> None:
         """Report steps of this thread that do not end, from now on."""

@@ -32,7 +32,7 @@ creates it; `session` is the id of this start of the process.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
@@ -101,6 +101,31 @@ class Service(Protocol):
             inbox: Messages since the last step, and the newest message of each topic.
             now: Time of this step on the service's clock [ns]; grows with each step.
         """
+        ...
+
+
+class Reflex(Protocol):
+    """Answer of a service to one topic between its steps, for what may not wait for a step.
+
+    Its methods are called in the bus's thread and in threads of the service.
+    """
+
+    reads: Topic
+    """Topic that it takes."""
+    writes: Topic
+    """Topic of the service's `writes` on which it publishes."""
+
+    @property
+    def waits(self) -> bool:
+        """Whether messages are taken now; those that come meanwhile are not decoded."""
+        ...
+
+    def connect(self, send: Callable[[Any], None]) -> None:
+        """Take the function that stamps a message and publishes it at once."""
+        ...
+
+    def take(self, message: Any) -> None:
+        """Take a message of the topic as it arrives."""
         ...
 
 

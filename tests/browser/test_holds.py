@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from playwright.sync_api import Locator, Page, Route, expect
+from playwright.sync_api import Locator, Page, expect
 
 from shared import topics
 from shared.messages import (
@@ -47,30 +47,38 @@ def test_hold_that_the_gateway_does_not_confirm_is_said(cell: tuple[Cell, Page])
 
 
 def test_hold_that_is_pressed_again_is_tried_as_often_again(cell: tuple[Cell, Page]) -> None:
-    _, page = cell
+    stage, page = cell
     # The attempts of an earlier press have ended.
     expect(hold_button(page)).not_to_have_class(re.compile("sent"))
-    asked: list[Route] = []
-    page.route("**/hold", lambda route: asked.append(route))
-
-    def answer_next(confirmed: bool) -> None:
-        assert comes(page, lambda: bool(asked))
-        asked.pop(0).fulfill(json={"confirmed": confirmed, "text": "the gateway is silent"})
-
+    stage.forget()
+    stage.deaf = True
     try:
         hold_button(page).click()
-        for _ in range(4):
-            answer_next(False)
-        assert comes(page, lambda: len(asked) == 1)
+        assert comes(page, lambda: len(stage.sent(topics.ARM_COMMAND)) == 4)
         hold_button(page).click()
-        assert comes(page, lambda: len(asked) == 2)
-        answer_next(False)
-        answer_next(False)
+        assert comes(page, lambda: len(stage.sent(topics.ARM_COMMAND)) >= 4 + 5)
         expect(page.locator("#stop-bar")).to_contain_text("HOLD NOT CONFIRMED")
-        answer_next(True)
-        expect(page.locator("#stop-bar")).not_to_contain_text("NOT CONFIRMED")
     finally:
-        page.unroute("**/hold")
+        stage.deaf = False
+    hold_button(page).click()
+    expect(page.locator("#stop-bar")).not_to_contain_text("NOT CONFIRMED")
+
+
+def test_hold_is_asked_for_by_a_request_where_the_socket_is_silent(
+    cell: tuple[Cell, Page],
+) -> None:
+    stage, page = cell
+    expect(hold_button(page)).not_to_have_class(re.compile("sent"))
+    stage.forget()
+    page.evaluate("() => { send = WebSocket.prototype.send; WebSocket.prototype.send = () => {} }")
+    try:
+        with page.expect_request("**/hold"):
+            hold_button(page).click()
+        assert stage.asked(topics.ARM_COMMAND).action == ArmCommand.HOLD
+    finally:
+        page.evaluate("() => { WebSocket.prototype.send = send }")
+    page.reload()
+    expect(page.locator("#stop-bar")).to_contain_text("Moving")
 
 
 @pytest.mark.parametrize("key", ["Space", "Escape"])

@@ -37,7 +37,7 @@ from shared.messages import (
     grip,
     obstacle_message,
 )
-from shared.runtime.service import Mailbox, Publication, Received, Service
+from shared.runtime.service import Mailbox, Publication, Received, Reflex, Service
 from shared.topics import Topic
 
 
@@ -67,6 +67,10 @@ class Stage:
         self._goal: Goal | None = None
         self._service = service
         self._mailbox = Mailbox(service.reads)
+        self._at_once: list[Publication] = []
+        self._reflex: Reflex | None = getattr(service, "reflex", None)
+        if reflex := self._reflex:
+            reflex.connect(lambda m: self._at_once.append(Publication(reflex.writes, m)))
         self._sequence = 0
         self._kinematics: dict[Side, Any] = {}
 
@@ -74,11 +78,15 @@ class Stage:
         """One message on its way."""
         self._sequence += 1
         self._mailbox.deliver(topic.key, Received(message, "stage", self._sequence, self.now))
+        if self._reflex and topic.key == self._reflex.reads.key:
+            self._reflex.take(message)
 
     def step(self, seconds: float = 1.0 / 30.0) -> list[Publication]:
         """The service's answer, some time later."""
         self.now += round(seconds * SECOND)
-        return list(self._service.step(self._mailbox.take(), self.now))
+        publications = list(self._service.step(self._mailbox.take(), self.now))
+        at_once = [self._at_once.pop(0) for _ in range(len(self._at_once))]
+        return at_once + publications
 
     def nodes(self, fraction: float) -> np.ndarray:
         """The rope on its way from start to goal."""

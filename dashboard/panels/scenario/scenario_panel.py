@@ -13,9 +13,10 @@ from dashboard.markup import escaped, note_html, paragraph_html
 from dashboard.outbox import Notification, Outbox
 from dashboard.panels.scenario.present_scene import goal_settings, obstacle_settings
 from dashboard.panels.scenario.setting_editor import SettingEditor
+from dashboard.uploads import Uploads
 from lariat.files.toml_text import parse_toml
 from lariat.geometry.obstacles import Obstacle
-from lariat.scenario import MAX_SCENARIO_SIZE, SIDES, Scenario
+from lariat.scenario import SIDES, Scenario
 from shared.messages import StackRequest, StackState, TaskState, goal_of
 from shared.messages.validation import MAX_TEXT_LENGTH
 
@@ -44,6 +45,7 @@ class ScenarioPanel:
         actions: ActionQueue,
         outbox: Outbox,
         notify: Callable[[Notification], None],
+        uploads: Uploads,
     ) -> None:
         """Add the elements to the page."""
         self._scenario, self._actions = scenario, actions
@@ -84,8 +86,11 @@ class ScenarioPanel:
             download.on_click(lambda event: actions.put(partial(self._send_file, event.client)))
             upload = gui.add_upload_button("Start a file …", icon=viser.Icon.UPLOAD)
             upload.on_upload(
-                lambda event: actions.put(
-                    partial(self._take_file, event.target.value, event.client)
+                lambda event: uploads.take(
+                    event.target.value,
+                    "a scenario",
+                    _real_arms,
+                    partial(self._take_file, event.target.value, event.client),
                 )
             )
 
@@ -147,15 +152,10 @@ class ScenarioPanel:
                 title += f" with {count} change{'s' * (count > 1)}"
         self._confirm_start(client, title, arms, fields)
 
-    def _take_file(self, file: viser.UploadedFile, client: viser.ClientHandle | None) -> None:
-        try:
-            if len(file.content) > MAX_SCENARIO_SIZE:
-                raise ValueError(f"it is larger than {MAX_SCENARIO_SIZE >> 20} MiB")
-            table = parse_toml(file.content.decode())
-        except (ValueError, RecursionError) as error:
-            self._notify(Notification(f"{file.name}: not a scenario", str(error)))
-            return
-        self._confirm_start(client, file.name, _real_arms(table), {"content": file.content})
+    def _take_file(
+        self, file: viser.UploadedFile, client: viser.ClientHandle | None, arms: list[str]
+    ) -> None:
+        self._confirm_start(client, file.name, arms, {"content": file.content})
 
     def _confirm_start(
         self,
@@ -244,9 +244,13 @@ class ScenarioPanel:
             client.send_file_download(name, text.encode(), save_immediately=True)
 
 
-def _real_arms(table: dict[str, object]) -> list[str]:
-    """Addresses of the real arms that a scenario file names; what is malformed is the stack's."""
-    ends = table.get("ends")
+def _real_arms(content: bytes) -> list[str]:
+    """Addresses of the real arms that a scenario file names; what is malformed is the stack's.
+
+    Raises:
+        ValueError: It is no TOML.
+    """
+    ends = parse_toml(content.decode()).get("ends")
     found = set()
     for side in SIDES:
         end = ends.get(side) if isinstance(ends, dict) else None

@@ -1,9 +1,9 @@
-// Stop bar of the page. It runs before and without viser: it has its own requests and its own
-// WebSocket, and sees every key first.
+// Stop bar of the page. It runs before and without viser: it has its own WebSocket, and sees every
+// key first.
 "use strict";
 (() => {
   const STATUS_TIMEOUT = 1500; // ms without a status after which the connection counts as lost
-  const HOLD_TIMEOUT = 3000; // ms that one request to hold may take
+  const HOLD_TIMEOUT = 1500; // ms that one request to hold may take
   const HOLD_ATTEMPTS = 5;
   const RECONNECT_DELAY = 500; // ms
   const MAX_QUEUED = 256; // bytes of signs of life that may wait for the network
@@ -19,6 +19,7 @@
   let holding = false;
   let attempts = 0; // that are left
   let lastRequest = 0; // of a hold
+  const answers = new Map(); // functions that take the answer to a request of the socket, by number
   let offer = null;
   let press = null; // of the approach's button: {number, offer, timer}
 
@@ -46,22 +47,32 @@
     elements.approach.classList.toggle("pressed", press !== null);
   }
 
+  // Ask over the socket that is open already, and by a request of its own where that gave no answer.
+  async function askToHold(number, bySocket) {
+    if (bySocket && socket?.readyState === WebSocket.OPEN) {
+      return new Promise((resolve, reject) => {
+        answers.set(number, resolve);
+        setTimeout(() => answers.delete(number) && reject(new Error("no answer")), HOLD_TIMEOUT);
+        socket.send(JSON.stringify({ type: "hold", number }));
+      });
+    }
+    const answer = await fetch("hold", {
+      method: "POST",
+      keepalive: true,
+      signal: AbortSignal.timeout(HOLD_TIMEOUT),
+    });
+    return answer.ok ? answer.json() : { confirmed: false, text: "no answer from the dashboard" };
+  }
+
   // Ask once; whether the gateway has confirmed the last request of this page. A confirmation of an
   // earlier one says nothing about a later press.
-  async function requestHold() {
+  async function requestHold(bySocket) {
     const number = ++lastRequest;
     let text = "no answer from the dashboard";
     try {
-      const answer = await fetch("hold", {
-        method: "POST",
-        keepalive: true,
-        signal: AbortSignal.timeout(HOLD_TIMEOUT),
-      });
-      if (answer.ok) {
-        const outcome = await answer.json();
-        if (outcome.confirmed && number === lastRequest) holdText = "";
-        text = outcome.text;
-      }
+      const outcome = await askToHold(number, bySocket);
+      if (outcome.confirmed && number === lastRequest) holdText = "";
+      text = outcome.text;
     } catch {
       await new Promise((resolve) => setTimeout(resolve, RECONNECT_DELAY));
     }
@@ -74,14 +85,14 @@
     release();
     attempts = HOLD_ATTEMPTS;
     if (holding) {
-      requestHold();
+      requestHold(true);
       return;
     }
     holding = true;
     holdText = "Hold sent …";
     show();
-    while (attempts-- > 0) {
-      if (await requestHold()) break;
+    for (let bySocket = true; attempts-- > 0; bySocket = !bySocket) {
+      if (await requestHold(bySocket)) break;
     }
     holding = false;
     show();
@@ -123,6 +134,11 @@
     socket = new WebSocket(url);
     socket.onmessage = (message) => {
       const news = JSON.parse(message.data);
+      if (news.hold !== undefined) {
+        answers.get(news.hold)?.(news.answer);
+        answers.delete(news.hold);
+        return;
+      }
       status = news.cell;
       acts = news.controls.role === "holder";
       statusTime = performance.now();
@@ -135,6 +151,8 @@
     };
     socket.onclose = () => {
       release();
+      for (const take of answers.values()) take({ confirmed: false, text: "the connection was lost" });
+      answers.clear();
       window.dispatchEvent(new CustomEvent("lariat-lost", { detail: { closed: true } }));
       setTimeout(connect, RECONNECT_DELAY);
     };

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from dashboard.controls.hold_path import HoldPath
 from dashboard.controls.stop_bar import MAX_SIGN_GAP, STATUS_PERIOD, StopBar
 from dashboard.outbox import Outbox
 from dashboard.web.cell_socket import Approach
@@ -23,7 +24,7 @@ class Page:
 
     def __init__(self, newest: ArmStates | None = None) -> None:
         self.outbox = Outbox("dashboard-ab")
-        self.bar = StopBar(self.outbox)
+        self.bar = StopBar(self.outbox, HoldPath("dashboard-ab"))
         self.newest = newest
         self.now = START
         self.status: dict = {}
@@ -33,37 +34,9 @@ class Page:
         self.now += after
         if arms:
             self.newest = arms[-1]
-        status = self.bar.step(arms, self.newest, 0.0, self.now)
+        status = self.bar.step(self.newest, 0.0, self.now)
         self.status = json.loads(status) if status else self.status
         return [p.message for p in self.outbox.take(self.now)]
-
-
-def test_hold_is_sent_even_before_the_first_state_of_the_gateway() -> None:
-    page = Page()
-    page.bar.hold()
-    (command,) = page.step()
-    assert command.action == ArmCommand.HOLD
-
-
-def test_hold_is_confirmed_by_the_gateways_answer_only() -> None:
-    page = Page(ArmStates(boot="boot-7", mode=ArmStates.MOVING, may_move=True))
-    answer = page.bar.hold()
-    (command,) = page.step()
-    assert command.boot == "boot-7"
-    page.step(ArmStates(mode=ArmStates.MOVING, may_move=True))
-    # This hold ends by itself, so it confirms nothing.
-    page.step(ArmStates(mode=ArmStates.HOLDING, may_move=True))
-    assert not answer.done()
-    page.step(ArmStates(mode=ArmStates.HOLDING, last_command=command.id))
-    assert answer.result(0.0).confirmed
-
-
-def test_refused_hold_is_not_confirmed() -> None:
-    page = Page()
-    answer = page.bar.hold()
-    (command,) = page.step()
-    page.step(ArmStates(mode=ArmStates.MOVING, last_command=command.id, refusal="no"))
-    assert answer.result(0.0) == (type(answer.result(0.0)))(False, "no")
 
 
 @pytest.mark.parametrize("mode", [ArmStates.DISARMED, ArmStates.HOLDING, ArmStates.FAULT])
@@ -138,8 +111,6 @@ def test_hold_ends_an_approach_and_a_second_person_cannot_join_it() -> None:
     page.bar.approach(Approach(press=4, distance=0.334, angle=0.0))
     assert page.step() == []
     page.bar.hold()
-    (command,) = page.step()
-    assert command.action == ArmCommand.HOLD
     page.bar.approach(Approach(press=3, distance=0.334, angle=0.0))
     assert page.step() == []
 

@@ -47,6 +47,9 @@ BENCHES: dict[str, Bench] = {
     ),
     "faults resets": Bench("benchmarks.faults.resets", "every scenario run, reset and run again"),
     "faults machines": Bench("benchmarks.faults.machines", "two machines, their line cut, healed"),
+    "faults recordings": Bench(
+        "benchmarks.faults.recordings", "what a recording loses when its stack is stopped or killed"
+    ),
     "faults compose": Bench("benchmarks.faults.compose", "every scenario in containers"),
     "speed run": Bench(
         "benchmarks.speed.headless", "a headless run by process, or two clones in turn"

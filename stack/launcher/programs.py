@@ -21,7 +21,7 @@ NICENESS = {
     "perception": -5,
     "planner": 5,
     "dashboard": 5,
-    "recorder": 0,
+    "recorder": -3,
 }
 """Scheduling priority of each service; values below 0 only hold where the system allows it."""
 LAST_STAGE = 2

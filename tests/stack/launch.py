@@ -4,7 +4,8 @@ python -m tests.stack.launch PORT NAMESPACE NAME[:BUILD|:LINES]...
 
 A process with LINES saves data while it ends, and prints so many lines.
 
-Another scenario has one small service, of the scenario's name; of the name "refuse", it refuses.
+Another scenario has one small service, of the scenario's name; of the name "refuse", it refuses,
+and of the name "full", its files cannot be written.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ def main() -> int:
 
     def programs_of(path: Path) -> list[Program]:
         name = load(path).name
+        if name == "full":
+            raise OSError("no space left on device")
         return [program(name, "refuse" if name == "refuse" else "")]
 
     programs = [program(*name.partition(":")[::2]) for name in names]

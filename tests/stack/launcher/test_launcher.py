@@ -242,3 +242,16 @@ def test_former_scenario_returns_where_another_refuses(stack: Stack) -> None:
     assert "refuse did not start: refuse: beacon: rope.colour" in stack.newest.refusal
     assert stack.newest.scenario == "three-cylinders"
     assert stack.process.poll() is None
+
+
+def test_scenario_whose_files_cannot_be_written_leaves_the_present_one_running(
+    stack: Stack,
+) -> None:
+    former = dict(stack.pids)
+    start(stack, "", content=b'name = "full"\n' + RUNNING_TEXT.encode())
+    until(lambda: stack.state("one") and stack.newest.refusal, 20.0)
+    expected = "full did not start: no space left on device; three-cylinders runs again"
+    assert stack.newest.refusal == expected
+    assert stack.newest.scenario == "three-cylinders"
+    assert stack.pids == former
+    assert all(map(_exists, former.values()))

@@ -7,6 +7,7 @@ carries an id; the owner repeats the id in its state when it has handled the req
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Literal
@@ -212,7 +213,13 @@ RUN_RESULT = Topic(
     tolerance={"error": 1e-6, "max_node_error": 1e-6, "min_clearance": 1e-6, "duration": 1e-6},
 )
 # The head of a file names version and commit, and compression depends on the library's version.
-RUN_RECORD = Topic("run/record", RecordState, "recorder", "latest", tolerance={"bytes": 16384})
+RUN_RECORD = Topic(
+    "run/record",
+    RecordState,
+    "recorder",
+    "latest",
+    tolerance={"bytes": 16384, "recordings_size": math.inf, "free_space": math.inf},
+)
 RUN_LIST = Topic("run/list", RunList, "recorder", "latest", recorded=False)
 RUN_LIST_REQUEST = Topic("run/list_request", RunListRequest, "dashboard", "every")
 RUN_CURVES = Topic("run/curves", RunCurves, "recorder", "every", recorded=False)

@@ -115,6 +115,9 @@ def recorder_html(record: RecordState | None) -> str:
         text += f", {record.drops} lost" if record.drops else ""
     else:
         text = f"Not recording{f'; last file {record.file}' if record.file else ''}"
+    if record is not None and record.free_space:
+        size, free = record.recordings_size / 1e9, record.free_space / 1e9
+        text += f"; {size:.3g} GB of recordings, {free:.3g} GB free"
     return (
         f"<div style='margin:.4em 1em;font-size:.8em;opacity:.8;word-break:break-all'>"
         f"{escaped(text)}</div>"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import re
+import shutil
 import stat
 from contextlib import suppress
 from pathlib import Path
@@ -80,6 +81,13 @@ class Retention:
                 surplus.append(path)
                 total -= files[path]
         return surplus
+
+
+def space(folder: Path) -> tuple[int, int]:
+    """Return the size of the recordings of a folder, and the free space of its disk [bytes]."""
+    with suppress(OSError):
+        return sum(recordings(folder).values()), shutil.disk_usage(folder).free
+    return 0, 0
 
 
 def recordings(folder: Path) -> dict[Path, int]:

@@ -12,6 +12,7 @@ from lariat.trajectory import SECOND
 from services.recorder.goals.goals import Goals
 from services.recorder.options import RecorderOptions
 from services.recorder.pre_roll import QueuedMessage
+from services.recorder.retention import space
 from services.recorder.run_files import RunFiles
 from services.recorder.runs.runs import Runs
 from services.recorder.view.cell_view import WRITES, CellView
@@ -68,6 +69,7 @@ class RecorderService:
 
     def __init__(self, scenario: Scenario, options: RecorderOptions) -> None:
         self.door = Door()
+        self._folder = options.folder
         self._files = RunFiles(scenario, options)
         self._runs = Runs(scenario, options.folder, self.door)
         self._goals = Goals(scenario, options.folder, self.door)
@@ -149,6 +151,7 @@ class RecorderService:
                 log.info("recording %s to %s", self._files.run or "idle cell", writer.path)
             self._published, self._publish_time = state, now
             recording, file, run = state
+            size, free = space(self._folder)
             yield Publication(
                 topics.RUN_RECORD,
                 RecordState(
@@ -159,6 +162,8 @@ class RecorderService:
                     messages=writer.messages if writer else 0,
                     drops=self._drops + self._files.lost,
                     run=run,
+                    recordings_size=size,
+                    free_space=free,
                 ),
             )
 

@@ -75,7 +75,7 @@ class Trace(_message.Message):
     def __init__(self, service: _Optional[str] = ..., step: _Optional[int] = ..., now: _Optional[int] = ..., inputs: _Optional[_Iterable[_Union[TraceInput, _Mapping]]] = ...) -> None: ...
 
 class RecordState(_message.Message):
-    __slots__ = ("stamp", "recording", "file", "bytes", "messages", "drops", "run")
+    __slots__ = ("stamp", "recording", "file", "bytes", "messages", "drops", "run", "recordings_size", "free_space")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     RECORDING_FIELD_NUMBER: _ClassVar[int]
     FILE_FIELD_NUMBER: _ClassVar[int]
@@ -83,6 +83,8 @@ class RecordState(_message.Message):
     MESSAGES_FIELD_NUMBER: _ClassVar[int]
     DROPS_FIELD_NUMBER: _ClassVar[int]
     RUN_FIELD_NUMBER: _ClassVar[int]
+    RECORDINGS_SIZE_FIELD_NUMBER: _ClassVar[int]
+    FREE_SPACE_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     recording: bool
     file: str
@@ -90,7 +92,9 @@ class RecordState(_message.Message):
     messages: int
     drops: int
     run: str
-    def __init__(self, stamp: _Optional[int] = ..., recording: _Optional[bool] = ..., file: _Optional[str] = ..., bytes: _Optional[int] = ..., messages: _Optional[int] = ..., drops: _Optional[int] = ..., run: _Optional[str] = ...) -> None: ...
+    recordings_size: int
+    free_space: int
+    def __init__(self, stamp: _Optional[int] = ..., recording: _Optional[bool] = ..., file: _Optional[str] = ..., bytes: _Optional[int] = ..., messages: _Optional[int] = ..., drops: _Optional[int] = ..., run: _Optional[str] = ..., recordings_size: _Optional[int] = ..., free_space: _Optional[int] = ...) -> None: ...
 
 class ProcessState(_message.Message):
     __slots__ = ("service", "state", "restarts", "exit_code")

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from dashboard.panels import health_table
-from shared.messages import Health, ProcessState, StackState
+from shared.messages import Health, ProcessState, RecordState, StackState
 
 WELL = Health(service="sim", period_ms=8.3, step_p50_ms=2.0, step_p99_ms=4.0)
 
@@ -50,3 +50,9 @@ def test_table_shows_restarts_and_services_that_only_the_launcher_knows() -> Non
 def test_notes_cannot_become_markup() -> None:
     note = Health(service="sim", note="<b>x</b>")
     assert "<b>" not in health_table.table_html(["sim"], {"sim": (note, 0.0)}, None)
+
+
+def test_recorder_says_what_the_recordings_take_and_what_the_disk_has_left() -> None:
+    record = RecordState(file="a.mcap", recordings_size=3_210_000_000, free_space=120 * 10**9)
+    assert "3.21 GB of recordings, 120 GB free" in health_table.recorder_html(record)
+    assert "GB" not in health_table.recorder_html(RecordState(file="a.mcap"))

@@ -194,6 +194,17 @@ def test_state_counts_recorded_and_lost_messages(tmp_path: Path):
     assert Path(state.file).exists()
 
 
+def test_state_says_how_much_the_recordings_take_and_the_disk_has_left(tmp_path: Path):
+    (tmp_path / "2026-01-01_00-00-00_a.mcap").write_bytes(bytes(4_000_000))
+    (tmp_path / "2026-01-02_00-00-00_a.mcap").symlink_to(tmp_path / "missing")
+    cell = Cell(tmp_path)
+    cell.live(2.0)
+    cell.recorder.close()
+    state = cell.states()[-1]
+    assert 4_000_000 < state.recordings_size < 4_200_000
+    assert state.free_space == pytest.approx(shutil.disk_usage(tmp_path).free, rel=0.05)
+
+
 def test_images_are_left_out_and_counted_where_too_many_wait(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

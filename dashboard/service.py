@@ -15,6 +15,7 @@ from dashboard.web.site import Site
 from lariat.arms.description import with_own_urdfs
 from lariat.scenario import Scenario
 from shared import topics
+from shared.door import Door
 from shared.runtime.service import Inbox, Publication
 from shared.topics import Topic
 
@@ -49,6 +50,7 @@ class DashboardService:
         self._site = Site(options, f"{scenario.name} · Lariat", self._stop_bar)
         self.address = self._site.address
         self._page = Page(self._site.viser, scenario, self.outbox)
+        self.door = Door()
         # Whoever names the file of the token says where the page is.
         self.greeting = "" if options.token_file else f"dashboard at {self.address}"
 
@@ -71,7 +73,8 @@ class DashboardService:
         )
         if status is not None:
             self._site.show_status(status)
-        self._page.update(inbox, now)
+        with self.door.guard("what the page shows"):
+            self._page.update(inbox, now)
         yield from self.outbox.take(now)
 
     def close(self) -> None:

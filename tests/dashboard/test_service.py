@@ -11,6 +11,7 @@ from dashboard.options import DashboardOptions
 from dashboard.service import DashboardService, build
 from lariat.configuration import ConfigurationError
 from lariat.scenario import load
+from shared.messages import TaskRequest
 from tests.dashboard.stage import Stage
 
 pytestmark = pytest.mark.live
@@ -50,6 +51,22 @@ def test_service_publishes_no_request_without_a_person() -> None:
             stage.play(k / 29.0)
             stage.picture()
             assert stage.step() == []
+
+
+def test_what_cannot_be_shown_is_refused_and_a_request_still_leaves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with served(free_port()) as service:
+        stage = Stage(service, SCENARIO)
+
+        def fail(*_: object) -> None:
+            raise KeyError("x")
+
+        monkeypatch.setattr(service._page, "update", fail)
+        service.outbox.request_task(TaskRequest.STOP, "stop")
+        (published,) = stage.step()
+        assert published.message.action == TaskRequest.STOP
+        assert service.door.refused == 1
 
 
 @pytest.mark.parametrize("path", sorted(Path("scenarios").glob("*.toml")), ids=lambda p: p.stem)

@@ -50,6 +50,8 @@ MAX_PRE_ROLL_SIZE = 2**28
 MAX_STEP_SIZE = 2**23
 """Size of the messages after which a step writes no more images [bytes]; each late step after
 another halves it."""
+MAX_HALVINGS = 3
+"""Most times that it is halved [-]: some images stay on the busiest machine."""
 LATE_STEP_TIME = SECOND // 2
 """Time since the step before from which a step is late [ns]."""
 FLUSHED_STEP_TIME = SECOND // 10
@@ -185,7 +187,8 @@ class RunFiles:
             return
         # Without a file the messages of the last seconds wait for one.
         if self._writer is not None:
-            self._write(self._pre_roll.take_oldest(MAX_STEP_SIZE >> self.late_steps), now)
+            size = MAX_STEP_SIZE >> min(self.late_steps, MAX_HALVINGS)
+            self._write(self._pre_roll.take_oldest(size), now)
             if now - self._open_time >= CATCH_UP_TIME:
                 self._write(self._without_images(), now)
         self.lost += sum(1 for _ in self._pre_roll.take_older(0, MAX_PRE_ROLL_SIZE))

@@ -15,6 +15,8 @@ from dashboard.markup import escaped, text_html
 FILES = sorted(Path(dashboard.__file__).parent.rglob("*.py"))
 SINKS = {"add_markdown", "add_command", "run_javascript", "add_plotly"}
 """Methods of viser that interpret what they get."""
+NOTIFIER = "site.py"
+"""The only file that notifies; it makes texts plain."""
 TAG = re.compile(r"</?[a-z]|&[a-z]+;")
 STYLES = {"css", "text_css"}
 """Functions that return a colour of the palette."""
@@ -112,6 +114,10 @@ def leaks(tree: ast.Module) -> list[str]:
                 case ast.Call(ast.Attribute(_, name)) if name in SINKS:
                     found.append(f"{part.lineno}: {name}")
     return found
+
+
+def test_notifications_leave_by_one_door() -> None:
+    assert [f.name for f in FILES if ".add_notification(" in f.read_text()] == [NOTIFIER]
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda f: str(f.name))

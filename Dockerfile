@@ -5,8 +5,7 @@
 #
 # The base image is an argument, so that a cell can pin it by its digest:
 #   docker build --build-arg PYTHON_IMAGE=python:3.11-slim-bookworm@sha256:… …
-# Only the paper's controller needs PyTorch (`control.method = "network"` or `"actions"`) and Taichi
-# itself (`control.solver = "xpbd"`), and gets both by
+# Only the paper's network needs PyTorch (`control.method = "network"` or `"actions"`), and gets it by
 #   docker build --target controller --build-arg TORCH=torch==2.13.0 …
 # It is not locked: its build is the user's choice. A wheel that is not to come from a package
 # registry is laid into the build context `wheels`:
@@ -60,7 +59,7 @@ COPY --from=sources / ./
 USER lariat
 ENTRYPOINT ["python", "-m", "shared.bus.router"]
 
-# All kernels, compiled once: images hold their machine code and no compiler. It runs on all of x86-64
+# All kernels, compiled once: images hold their machine code and not what translates them. It runs on all of x86-64
 # that have AVX2; on another processor, images run where they were built. The cache keeps kernels that
 # a change of other sources leaves as they are.
 FROM packages AS kernels
@@ -163,12 +162,6 @@ RUN --mount=type=bind,source=requirements/network.txt,target=/lock.txt \
     fi
 
 FROM base AS controller
-ARG TORCH=
-RUN if [ -n "${TORCH}" ]; then \
-      apt-get update -qq \
-      && apt-get install -y -qq --no-install-recommends libx11-6 \
-      && apt-get clean && rm -rf /var/lib/apt/lists/* /var/cache/apt/*.bin; \
-    fi
 COPY --from=controller_packages /packages /usr/local
 COPY --from=kernels /kernels /home/lariat/.cache/lariat
 COPY --from=sources / ./
@@ -176,7 +169,6 @@ COPY services/controller services/controller
 USER lariat
 ENTRYPOINT ["python", "-m", "services.controller"]
 
-# Where its kernels do not run, it computes in NumPy.
 FROM kinematics AS robot_gateway
 COPY --from=kernels /kernels /home/lariat/.cache/lariat
 COPY --from=sources / ./

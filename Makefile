@@ -40,6 +40,7 @@ clean:
 	  { echo "Lariat needs Python 3.11 to 3.14, $(PYTHON) is another one; set PYTHON=/path/to/python3.11" >&2; exit 2; }
 	@$(call system,'import ensurepip',python3-venv)
 	@$(call system,'import ctypes; ctypes.CDLL("libX11.so.6")',libx11-6)
+	@$(call system,'import ctypes; ctypes.CDLL("libgomp.so.1")',libgomp1)
 	$(PYTHON) -m venv .venv
 
 # Installs a lock by its hashes, then the clone without asking anybody for more, then PyTorch, whose

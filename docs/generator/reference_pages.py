@@ -63,7 +63,7 @@ def pages() -> Iterator[tuple[str, str]]:
     """Yield path and Markdown of every written page."""
     # Taichi complains of a replaced standard output where it is imported with one.
     os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "False")
-    importlib.import_module("taichi")
+    importlib.import_module("lariat.kernel_cache.language")
     library = (_library(name.capitalize(), packages) for name, packages in LIBRARY.items())
     yield from zip(
         PATHS, (_commands(), _topics(), _messages(), _processes(), *library), strict=True

@@ -13,6 +13,7 @@ LIBRARY_ENVIRONMENT = {
     "ZENOH_RUNTIME": "(rx: (worker_threads: 1), acc: (handover: rx), net: (handover: rx))",
     # MuJoCo's renderer, which nothing uses, takes half of its import to ask for OpenGL.
     "MUJOCO_GL": "disable",
-    # Taichi greets on standard output, which belongs to the answer of --json alone.
+    # Taichi and Quadrants greet on standard output, which belongs to the answer of --json alone.
     "ENABLE_TAICHI_HEADER_PRINT": "0",
+    "ENABLE_QUADRANTS_HEADER_PRINT": "0",
 }

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import Obstacle, pack
+from lariat.kernel_cache.language import ti
 from lariat.rod import Rod, RodProperties, RolloutSpec
 from lariat.rod.launch.kernel_launch import Device
 
@@ -80,7 +81,7 @@ def test_a_device_computes_what_machine_code_computes(device: Device) -> None:
 
 
 def test_a_missing_gpu_is_named_with_a_way_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("taichi.lang.misc.is_arch_supported", lambda arch: False)
+    monkeypatch.setattr(ti.lang.misc, "is_arch_supported", lambda arch: False)
     with pytest.raises(ValueError, match=r"device='cuda' needs a GPU.*use device='taichi-cpu'"):
         Rod(PROPERTIES, 12, device="cuda")
 

@@ -1,11 +1,14 @@
 # Everything that a fresh clone needs; each target makes what it stands on.
-PYTHON ?= $(shell command -v python3.11 || command -v python3)
+# The first Python on the path that Lariat runs on.
+fits = import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 15))
+PYTHON ?= $(shell for p in python3.11 python3.12 python3.13 python3.14 python3; do \
+  $$p -c '$(fits)' 2>/dev/null && command -v $$p && break; done)
 BIN := .venv/bin
 TOOLS := .venv-tools/bin
 SCENARIO ?= scenarios/three-cylinders.toml
 
 # Installs a Debian package where what it gives is missing and this user may; else says which it is.
-system = $(PYTHON) -c $(1) 2>/dev/null || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && \
+system = $(or $(PYTHON),uv run --no-project --python 3.13 python) -c $(1) 2>/dev/null || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && \
   echo "Installing the system package $(2)" && apt-get update -qq && \
   apt-get install -y -qq --no-install-recommends $(2) >/dev/null; } || \
   { echo "the system package $(2) is missing; install it (Debian: apt-get install $(2)), then make again" >&2; exit 2; }
@@ -36,19 +39,25 @@ clean:
 	rm -rf .venv .venv-tools
 
 .venv/bin/python:
-	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 15))' || \
-	  { echo "Lariat needs Python 3.11 to 3.14, $(PYTHON) is another one; set PYTHON=/path/to/python3.11" >&2; exit 2; }
+ifeq ($(PYTHON),)
+	@command -v uv >/dev/null || { echo "Lariat needs Python 3.11 to 3.14, and there is none on the path: \
+	install one (Debian: apt-get install python3 python3-venv) or uv, or set PYTHON=/path/to/python3.11" >&2; exit 2; }
+else
+	@$(PYTHON) -c '$(fits)' || { echo "Lariat needs Python 3.11 to 3.14, $(PYTHON) is another one; \
+	set PYTHON=/path/to/python3.11" >&2; exit 2; }
 	@$(call system,'import ensurepip',python3-venv)
+endif
 	@$(call system,'import ctypes; ctypes.CDLL("libX11.so.6")',libx11-6)
 	@$(call system,'import ctypes; ctypes.CDLL("libgomp.so.1")',libgomp1)
-	$(PYTHON) -m venv .venv
+	$(if $(PYTHON),$(PYTHON) -m venv,uv venv --seed --python 3.13) .venv
 
 # Installs a lock by its hashes, then the clone without asking anybody for more, then PyTorch, whose
 # build is the user's choice: one that is installed already stays. A lock names all that it needs but
 # PyTorch, so that nothing is resolved.
 install = $(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement requirements/$(1).txt && \
   $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable . && \
-  $(BIN)/python -m pip install --quiet --editable '.[torch]' --no-build-isolation
+  $(BIN)/python -m pip install --quiet --editable '.[torch]' --no-build-isolation && \
+  $(BIN)/python requirements/kernels.py
 
 .venv/installed: requirements/all.txt | .venv/bin/python
 	@echo "Installing Lariat and what it needs into .venv; the first time takes some minutes"

@@ -1,4 +1,4 @@
-"""Compilation of the kernels of all images: `python requirements/kernels.py FOLDER`.
+"""Compilation of all kernels: `python requirements/kernels.py`, and into a FOLDER for images.
 
 What is kept already is not compiled again.
 """
@@ -14,6 +14,7 @@ from pathlib import Path
 from lariat.arms import path_kernel
 from lariat.control.mpc import motion_kernels as controller_motion
 from lariat.kernel_cache import cache, key
+from lariat.kernel_cache.source import KernelSource
 from lariat.paper.xpbd.launch import kernel_launch as xpbd
 from lariat.perception.centerline import chain_fit
 from lariat.rod.launch import machine_code as rod
@@ -30,17 +31,21 @@ SOURCES = (
     *gateway_motion.SOURCES,
     *controller_motion.SOURCES.values(),
 )
-"""All kernels whose machine code images hold."""
+"""All kernels."""
 
 
-def main(folder: Path) -> None:
-    """Write the machine code of all kernels into a new folder.
+def main(folder: Path | None) -> None:
+    """Compile all kernels, and write their machine code into a new folder, if one is given.
 
     Raises:
         RuntimeError: A kernel could not be compiled.
     """
     with ThreadPool(os.cpu_count()) as pool:
-        pool.map(cache.kernel, SOURCES, chunksize=1)
+        for count, name in enumerate(pool.imap_unordered(_compiled, SOURCES), 1):
+            print(f"\rKernels: {count} of {len(SOURCES)} ({name})\033[K", end="", flush=True)
+    print()
+    if folder is None:
+        return
     kept = key.cache_folder()
     folder.mkdir()
     shutil.copy(key.compiler_file(kept), folder)
@@ -48,5 +53,10 @@ def main(folder: Path) -> None:
         shutil.copy(cache.kernel_path(kept, source.name, key.kernel_key(source)), folder)
 
 
+def _compiled(source: KernelSource) -> str:
+    cache.kernel(source)
+    return source.name
+
+
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else None)

@@ -1,8 +1,10 @@
 # Everything that a fresh clone needs; each target makes what it stands on.
 # The first Python on the path that Lariat runs on.
 fits = import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 15))
-PYTHON ?= $(shell for p in python3.11 python3.12 python3.13 python3.14 python3; do \
+ifeq ($(origin PYTHON),undefined)
+PYTHON := $(shell for p in python3.11 python3.12 python3.13 python3.14 python3; do \
   $$p -c '$(fits)' 2>/dev/null && command -v $$p && break; done)
+endif
 BIN := .venv/bin
 TOOLS := .venv-tools/bin
 SCENARIO ?= scenarios/three-cylinders.toml

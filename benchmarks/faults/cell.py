@@ -218,10 +218,11 @@ class FaultCell(Operator):
         shape = (self.scenario.goal, self.scenario.start)[self._goal]
         if self.task.state == RUNNING:
             self.client.request_task(TaskRequest.STOP)
-        self.client.request_task(
+        self.task = self.client.request_task(
             TaskRequest.SET_GOAL, goal=goal_message(live_goal(self.scenario, shape, self.client))
         )
-        self.task = self.client.request_task(TaskRequest.START)
+        if self.task.state != RUNNING:
+            self.task = self.client.request_task(TaskRequest.START)
 
     def go_to_goal(self) -> None:
         """Start a run to the scenario's goal, and wait until it is reached."""

@@ -13,6 +13,9 @@ from lariat.control.run.task import RequestRefused, Task
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import Goal
 
+ENDED = (RunState.REACHED, RunState.FAILED)
+"""States after a run that nobody has stopped or paused."""
+
 
 class RequestAction(Enum):
     """Action that a person requests, named as in the message `TaskRequest`."""
@@ -83,10 +86,17 @@ def carry_out(
                     raise RequestRefused("the request holds no goal; give nodes or both grips")
                 goal = goals.from_request(request.goal, obstacles)
                 goals.check(goal, obstacles)
+                # A person who set a goal after a run expects the rope to follow; a real arm moves
+                # only where somebody has just agreed to it.
+                follows = task.resettable and task.state in ENDED
                 task.set_goal(goal)
+                if follows and _refusal(arms, obstruction) is None:
+                    task.start(now)
+                    begun = True
             case RequestAction.START:
                 resumed = task.state is RunState.PAUSED
-                _check_arms(arms, obstruction)
+                if reason := _refusal(arms, obstruction):
+                    raise RequestRefused(reason)
                 task.start(now)
                 begun = not resumed
             case RequestAction.PAUSE:
@@ -133,17 +143,14 @@ def preview(
     return Preview(goal)
 
 
-def _check_arms(arms: ArmCondition | None, obstruction: Reason | None) -> None:
-    """Refuse a run that the arms cannot begin.
-
-    Raises:
-        RequestRefused: The arms are not ready.
-    """
+def _refusal(arms: ArmCondition | None, obstruction: Reason | None) -> str | None:
+    """Return why a run cannot begin; None if it can."""
     if obstruction is not None:
-        raise RequestRefused(str(obstruction))
+        return str(obstruction)
     if arms is None:
-        raise RequestRefused("the arms have not reported their poses yet; is the gateway running?")
+        return "the arms have not reported their poses yet; is the gateway running?"
     if not arms.armed:
-        raise RequestRefused(f"the arms are disarmed ({arms.reason}); arm them first")
+        return f"the arms are disarmed ({arms.reason}); arm them first"
     if not arms.available:
-        raise RequestRefused(f"the arms hold ({arms.reason}); acknowledge and resume first")
+        return f"the arms hold ({arms.reason}); acknowledge and resume first"
+    return None

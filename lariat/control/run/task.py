@@ -94,7 +94,7 @@ class Task:
         self.revision += 1
 
     def set_goal(self, goal: Goal) -> None:
-        """Replace the goal; a run goes on towards it."""
+        """Replace the goal; a run goes on towards it, one that has ended waits for a start."""
         self.goal = goal
         self.goal_revision += 1
         self.request_path()

@@ -93,6 +93,31 @@ def test_goal_is_replaced_only_when_it_passes_its_checks() -> None:
     assert (t.goal.turns, t.goal_revision, t.refusal) == (1.0, 2, "")
 
 
+@pytest.mark.parametrize("state", [RunState.REACHED, RunState.FAILED])
+def test_new_goal_after_a_run_is_followed_in_a_simulation(state: RunState) -> None:
+    t = task()
+    request(t, RequestAction.START)
+    t.state = state
+    assert request(t, RequestAction.SET_GOAL, goal=t.goal)
+    assert (t.state, t.run) == (RunState.RUNNING, "run-2")
+
+
+def test_new_goal_waits_for_a_start_beside_a_real_arm_and_after_a_stop() -> None:
+    real, stopped, held = task(), task(), task()
+    real.resettable = False
+    for t in (real, stopped, held):
+        request(t, RequestAction.START)
+        t.state = RunState.REACHED
+    request(stopped, RequestAction.STOP)
+    for t in (real, stopped):
+        assert not request(t, RequestAction.SET_GOAL, goal=t.goal)
+    assert not request(
+        held, RequestAction.SET_GOAL, replace(READY, available=False), goal=held.goal
+    )
+    for t in (real, stopped, held):
+        assert (t.state, t.refusal, t.goal.turns) == (RunState.IDLE, "", 1.0)
+
+
 def test_settings_change_by_key_and_value() -> None:
     t = task()
     request(t, RequestAction.SET, key="adapt", value="true")

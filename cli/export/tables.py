@@ -20,6 +20,15 @@ OMITTED = (topics.TRACE, topics.VIEW_SCENE, topics.VIEW_POINTS, topics.VIEW_TRAN
 """Topics without a table, beside those of images."""
 NAME_FIELDS = ("arm", "name", "service")
 """Fields that name an element of a list; its columns carry the name in place of its index."""
+AXES = {
+    **dict.fromkeys(("position", "positions", "left_positions", "right_positions"), "xyz"),
+    **dict.fromkeys(("nodes", "goal", "waypoints", "pull", "size", "normal"), "xyz"),
+    **dict.fromkeys(("velocity", "linear_velocity", "angular_velocity"), "xyz"),
+    **dict.fromkeys(
+        ("orientation", "orientations", "left_orientations", "right_orientations"), "wxyz"
+    ),
+}
+"""Components of the vectors and quaternions of a field, which follow each other in a message."""
 MESSAGE, BYTES = FieldDescriptor.TYPE_MESSAGE, FieldDescriptor.TYPE_BYTES
 
 Row = dict[str, Any]
@@ -57,7 +66,8 @@ def tables(recording: Recording) -> dict[str, list[Row]]:
 
     A row begins with `log_time` and `publish_time` [ns] and `time`, the seconds since the
     recording's first message. The names of the other columns are those of the message's fields;
-    lists have a number, or the name of the element, behind a dot.
+    lists have a number, or the name of the element, behind a dot, and vectors their axis, as
+    `positions.3.z` of node 3.
     """
     found: dict[str, list[Row]] = {}
     start = None
@@ -97,7 +107,7 @@ def _values(message: Message, prefix: str) -> Iterator[tuple[str, Any]]:
                 if field.type == MESSAGE:
                     yield from _values(element, f"{name}.{_element_name(element, k)}.")
                 else:
-                    yield f"{name}.{k}", element
+                    yield f"{name}.{_component(field.name, k, len(value))}", element
         elif field.type == MESSAGE:
             yield from _values(value, f"{name}.")
         elif field.enum_type is not None:
@@ -105,6 +115,15 @@ def _values(message: Message, prefix: str) -> Iterator[tuple[str, Any]]:
             yield name, known.name if known else str(value)
         else:
             yield name, value
+
+
+def _component(field: str, k: int, count: int) -> str:
+    """Return the end of a column: `x` of the only vector of a field, `3.z` of one of several."""
+    axes = AXES.get(field, "")
+    if not axes or count % len(axes):
+        return str(k)
+    vector, axis = divmod(k, len(axes))
+    return axes[axis] if count == len(axes) else f"{vector}.{axes[axis]}"
 
 
 def _element_name(element: Message, index: int) -> str:

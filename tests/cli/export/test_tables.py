@@ -46,11 +46,11 @@ def test_csv_has_a_table_for_each_topic_with_values(file: Path, tmp_path: Path):
     assert float(rows[3]["time"]) == pytest.approx(3 * STEP / SECOND)
     assert int(rows[3]["log_time"]) == cell.NOW + 3 * STEP
     assert int(rows[3]["publish_time"]) == cell.NOW + 3 * STEP - STEP // 10
-    assert float(rows[3]["arms.right.position.0"]) == 0.2
+    assert float(rows[3]["arms.right.position.x"]) == 0.2
     assert rows[3]["mode"] == "DISARMED"
     with (tmp_path / "tables" / "rope_nodes.csv").open() as stream:
         (row, *_) = csv.DictReader(stream)
-    assert float(row["positions.11"]) == 0.3
+    assert float(row["positions.3.z"]) == 0.3
     assert float(row["sigma.1"]) == 1e-3
 
 
@@ -58,7 +58,7 @@ def test_parquet_has_the_same_columns(file: Path, tmp_path: Path):
     assert main((file,), "parquet", tmp_path / "tables") == 0
     table = parquet.read_table(tmp_path / "tables" / "arm_state.parquet")
     assert table.num_rows == 10
-    assert table["arms.right.position.0"].to_pylist() == [0.2] * 10
+    assert table["arms.right.position.x"].to_pylist() == [0.2] * 10
 
 
 def test_an_export_replaces_nothing(file: Path, tmp_path: Path, capsys):

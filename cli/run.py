@@ -22,6 +22,7 @@ from lariat.trajectory import SECOND
 from services.recorder.runs.run_folder import MAX_NOTE_LENGTH
 from shared import topics
 from shared.messages import RunState
+from shared.messages.parameters import described
 from stack import preflight
 from stack.scenario_overrides import load_with
 from stack.simulation.closed_loop import Score, Watch, as_json, run
@@ -200,12 +201,16 @@ def score_table(score: Score) -> Table:
     }
     if score.plan_ms["max"]:
         rows["control step"] = "p50 {p50}, p99 {p99}, max {max} ms".format(**score.plan_ms)
+    # What was given, not estimated, stands in the answer of --json.
     for name, (value, deviation) in score.parameters.items():
-        rows[name] = f"{value:.4g}" + (f" ± {deviation:.2g}" if deviation else "")
+        if deviation:
+            words, unit = described(name)
+            rows[words] = f"{value:.4g} ± {deviation:.2g} {unit}".removesuffix(" -")
     if score.recording:
         rows["recording"] = score.recording
     for name, value in rows.items():
-        table.add_row(name, value)
+        if value != "-":
+            table.add_row(name, value)
     return table
 
 

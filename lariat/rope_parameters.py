@@ -66,6 +66,23 @@ class RopeParameter:
     per_density: tuple[str, str] | None = None
     """Name and unit of its ratio to the linear density, where motion determines that alone."""
 
+    def label(self, number: int) -> str:
+        """Return the words for one of its values.
+
+        Args:
+            number: Number of the value, from 1.
+        """
+        words, (vector, axis) = self.name.replace("_", " "), divmod(number - 1, 3)
+        match self.values:
+            case Values.SCALAR:
+                return words
+            case Values.FACTORS:
+                return f"{words}, knot {number}"
+            case Values.CURVATURE:
+                return f"{words} about {('d1', 'd2', 'd3')[axis]}, knot {vector + 1}"
+            case Values.GRIPS:
+                return f"{words}, {('left', 'right')[vector]} {'xyz'[axis]}"
+
     def of(self, properties: Any) -> Float64[np.ndarray, "k"]:
         """Return its values in `RodProperties` [`unit`]."""
         return np.ravel(np.asarray(getattr(properties, self.name), float))

@@ -24,7 +24,7 @@ from lariat.scenario.rod_properties import rod_properties
 from lariat.trajectory import SECOND
 from shared.history import History
 from shared.messages import Parameters, TaskRequest, TaskState
-from shared.messages.parameters import NamedParameter, named_parameters
+from shared.messages.parameters import NamedParameter, described, named_parameters
 
 ADAPT = "adapt"
 """Setting of the controller that switches the adaptation."""
@@ -172,7 +172,7 @@ def true_values(scenario: Scenario) -> dict[str, float]:
 def table_html(parameters: list[NamedParameter]) -> str:
     """HTML table of values, standard deviations and units."""
     rows = "".join(
-        f"<tr><td>{escaped(p.name.replace('_', ' '))}</td>"
+        f"<tr><td>{escaped(described(p.name)[0])}</td>"
         f"<td style='text-align:right'>{p.value:.4g}</td>"
         f"<td style='opacity:.7'>{f'± {p.standard_deviation:.2g}' if p.standard_deviation else ''}"
         f"</td><td style='opacity:.7'>{escaped(p.unit)}</td></tr>"

@@ -53,6 +53,15 @@ def named_parameters(message: Parameters) -> list[NamedParameter]:
     return rows
 
 
+def described(name: str) -> tuple[str, str]:
+    """Return words for a `NamedParameter` by its name, e.g. `grip offset, left x`, and its unit."""
+    for parameter in PUBLISHED:
+        number = name.removeprefix(f"{parameter.name}_")
+        if name == parameter.name or number.isdecimal():
+            return parameter.label(int(number) if number != name else 1), parameter.unit
+    return name.replace("_", " "), XPBD_UNITS.get(name, "")
+
+
 def rod_estimates(rod: RodParameters, parameter: RopeParameter) -> list[Estimate]:
     """Return all estimates of a parameter that the message has."""
     field = getattr(rod, parameter.name)

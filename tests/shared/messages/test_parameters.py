@@ -7,7 +7,7 @@ import pytest
 
 from lariat.geometry import poses
 from shared.messages import Estimate, Parameters, RodParameters, XpbdParameters
-from shared.messages.parameters import held_ends, named_parameters
+from shared.messages.parameters import described, held_ends, named_parameters
 
 
 def test_parameters_of_the_papers_rod_have_no_deviations() -> None:
@@ -32,3 +32,18 @@ def test_grips_that_are_not_estimated_are_exact() -> None:
         for end in held_ends(message):
             assert end.position == pytest.approx(np.zeros(3))
             assert end.orientation == pytest.approx([1.0, 0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "unit"),
+    [
+        ("bending_stiffness", "bending stiffness", "N m^2"),
+        ("stiffness_profile_2", "stiffness profile, knot 2", "-"),
+        ("rest_curvature_6", "rest curvature about d3, knot 2", "1/m"),
+        ("grip_offset_1", "grip offset, left x", "m"),
+        ("grip_rotation_5", "grip rotation, right y", "rad"),
+        ("bending_compliance", "bending compliance", "m^2/N"),
+    ],
+)
+def test_parameters_are_described_by_side_axis_and_unit(name: str, words: str, unit: str) -> None:
+    assert described(name) == (words, unit)

@@ -88,9 +88,10 @@ def encode_video(pictures: Iterable[Picture], file: Path, settings: VideoSetting
     """
     if file.suffix != ".mp4":
         raise ValueError(f"a video is named *.mp4, got {file}")
-    count = 0
+    # Under its final name only once it is whole.
+    count, unfinished = 0, file.with_name(f".{file.name}")
     try:
-        with av.open(str(file), "w") as video:
+        with av.open(str(unfinished), "w") as video:
             stream = video.add_stream(CODEC, settings.rate, options=CODEC_OPTIONS)
             stream.width, stream.height = settings.size
             stream.pix_fmt = "yuv420p"
@@ -98,10 +99,13 @@ def encode_video(pictures: Iterable[Picture], file: Path, settings: VideoSetting
                 video.mux(stream.encode(av.VideoFrame.from_ndarray(picture, "bgr24")))
                 count += 1
             video.mux(stream.encode(None))
+        unfinished.replace(file)
     except OSError as error:
         raise ValueError(
             f"{file} cannot be written ({error.strerror}); is its folder there, and writable?"
         ) from error
+    finally:
+        unfinished.unlink(missing_ok=True)
     return count / settings.rate
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -114,6 +115,21 @@ def test_video_shows_runs_one_after_the_other(tmp_path: Path):
 def test_a_video_of_another_suffix_is_refused_by_name(tmp_path: Path):
     with pytest.raises(ValueError, match=r"\*\.mp4, got .*film\.avi"):
         video.write_video((Recording.open(RECORDING),), tmp_path / "film.avi")
+
+
+def test_an_interrupted_video_leaves_nothing_and_the_former_one(tmp_path: Path):
+    file = tmp_path / "run.mp4"
+    file.write_bytes(b"former")
+    picture = np.zeros((128, 128, 3), np.uint8)
+
+    def pictures() -> Iterator[np.ndarray]:
+        yield picture
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        video.encode_video(pictures(), file, VideoSettings(size=(128, 128)))
+    assert [f.name for f in tmp_path.iterdir()] == ["run.mp4"]
+    assert file.read_bytes() == b"former"
 
 
 def test_gif_lasts_as_long_as_its_run(tmp_path: Path):

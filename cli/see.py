@@ -5,12 +5,14 @@ from __future__ import annotations
 import json as jsons
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 import tyro
 from jaxtyping import Float64, UInt8, UInt16
+from rich.console import Console
+from rich.table import Table
 
 from lariat.configuration import ConfigurationError, refusing
 from lariat.files.bounded_file import read_file
@@ -52,21 +54,22 @@ def main(
     length: float | None = None,
     diameter: float | None = None,
     nodes: int = 40,
-    out: Path | None = None,
+    output: Path | None = None,
     labels: Path | None = None,
+    json: bool = False,
 ) -> int:
     """Find the ropes in an image: their centrelines, and with depth one rope's nodes in space.
 
-    Prints one JSON object: `ropes`, longest first, each with `lines` (columns and rows in order
-    along it, bridged where another rope covers it), `width`, `color` and `p_wrong`; `crossings`,
-    each with its place, the two ropes, the upper one first, and whether that is `known`; `p_wrong`,
-    the probability that a rope is missing, too much or wrong; `notes` on what may be wrong. With
-    depth, camera, length and diameter also `nodes` of the longest rope, in metres in the camera's
-    optical frame (x right, y down, z forward), each with `sigma` and `observed`, and
-    `node_p_wrong`.
+    Prints a table, with --json one JSON object: `ropes`, longest first, each with `lines` (columns
+    and rows in order along it, bridged where another rope covers it), `width`, `color` and
+    `p_wrong`; `crossings`, each with its place, the two ropes, the upper one first, and whether
+    that is `known`; `p_wrong`, the probability that a rope is missing, too much or wrong; `notes`
+    on what may be wrong. With depth, camera, length and diameter also `nodes` of the longest rope,
+    in metres in the camera's optical frame (x right, y down, z forward), each with `sigma` and
+    `observed`, and `node_p_wrong`.
 
     Examples:
-      lariat see cable.jpg --color 230 110 30 --out seen.png
+      lariat see cable.jpg --color 230 110 30 --output seen.png
       lariat see cable.png --depth depth.png --camera k.json --length 0.55 --diameter 0.005
 
     Args:
@@ -77,8 +80,9 @@ def main(
         length: Length of the rope [m].
         diameter: Diameter of the rope [m].
         nodes: Number of nodes, evenly spaced along the rope.
-        out: Image file to write, with the result drawn over the image.
+        output: Image file to write, with the result drawn over the image.
         labels: Image file to write: 0 at the background, k where the k-th rope is seen.
+        json: Answer with one JSON object on standard output.
     """
     from lariat.perception.centerline.estimate import RopeDimensions
     from lariat.perception.centerline.estimator import CenterlineEstimator
@@ -120,10 +124,37 @@ def main(
         answer |= _node_answer(found)
         if not found.lost:
             _draw_nodes(drawn, view.project(found.positions)[0], found)
-    if out is not None and not _write_image(out, drawn):
-        raise ConfigurationError(f"{out}: cannot be written; use the ending .png or .jpg")
-    print(jsons.dumps(answer))
+    if output is not None and not _write_image(output, drawn):
+        raise ConfigurationError(f"{output}: cannot be written; use the ending .png or .jpg")
+    if json:
+        print(jsons.dumps(answer))
+    else:
+        _show(answer, detection)
     return 1 if answer.get("lost") else 0
+
+
+def _show(answer: dict[str, Any], detection: Detection) -> None:
+    """Print the table of the ropes, and what else was found."""
+    table = Table("rope", "colour", r"width \[px]", r"length \[px]", "P(wrong)", title="Ropes")
+    for k, rope in enumerate(detection.ropes):
+        length = sum(
+            float(np.linalg.norm(np.diff(line.pixels, axis=0), axis=1).sum()) for line in rope.lines
+        )
+        color = " ".join(map(str, rope.color))
+        table.add_row(str(k), color, f"{rope.width:.1f}", f"{length:.0f}", f"{rope.p_wrong:.2f}")
+    console = Console()
+    console.print(table)
+    known = sum(crossing.known for crossing in detection.crossings)
+    console.print(f"{len(detection.crossings)} crossings, {known} with a known order")
+    console.print(f"The answer is wrong with a probability of {detection.p_wrong:.2f}.")
+    if "lost" in answer:
+        console.print(f"No nodes: {answer['lost']}", markup=False)
+    elif "nodes" in answer:
+        sigma = 1e3 * float(np.median(answer["sigma"]))
+        console.print(
+            f"{len(answer['nodes'])} nodes, standard deviation {sigma:.2f} mm (median), wrong with "
+            f"a probability of {answer['node_p_wrong']:.2f}; --json prints them"
+        )
 
 
 def _answer(detection: Detection) -> dict[str, object]:

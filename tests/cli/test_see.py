@@ -28,7 +28,9 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_lines_are_drawn_over_the_picture(folder: Path, capsys: pytest.CaptureFixture) -> None:
-    assert main(["see", str(folder / "rope.png"), "--out", str(folder / "seen.png")]) == 0
+    assert (
+        main(["see", str(folder / "rope.png"), "--output", str(folder / "seen.png"), "--json"]) == 0
+    )
     answer = json.loads(capsys.readouterr().out)
     seen = cv2.imread(str(folder / "seen.png"))
     assert seen is not None
@@ -41,14 +43,17 @@ def test_a_doubtful_answer_says_so(folder: Path, capsys: pytest.CaptureFixture) 
     assert picture is not None
     # Orange and the table are equally bright: what is found is the table's grain.
     cv2.imwrite(str(folder / "faint.png"), cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
-    assert main(["see", str(folder / "faint.png")]) == 0
+    assert main(["see", str(folder / "faint.png"), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["p_wrong"] > DOUBTFUL
     assert "probability" in answer["notes"][0]
 
 
 def test_labels_are_written_for_every_rope(folder: Path, capsys: pytest.CaptureFixture) -> None:
-    assert main(["see", str(folder / "rope.png"), "--labels", str(folder / "labels.png")]) == 0
+    assert (
+        main(["see", str(folder / "rope.png"), "--labels", str(folder / "labels.png"), "--json"])
+        == 0
+    )
     answer = json.loads(capsys.readouterr().out)
     labels = cv2.imread(str(folder / "labels.png"), cv2.IMREAD_UNCHANGED)
     assert labels is not None
@@ -62,7 +67,7 @@ def test_nodes_with_depth_are_in_the_cameras_frame(
 ) -> None:
     options = ["--depth", str(folder / "depth.png"), "--camera", str(folder / "k.json")]
     options += ["--length", "0.45", "--diameter", "0.008", "--nodes", "30"]
-    assert main(["see", str(folder / "rope.png"), *options]) == 0
+    assert main(["see", str(folder / "rope.png"), *options, "--json"]) == 0
     nodes = np.array(json.loads(capsys.readouterr().out)["nodes"])
     T = CAMERA.T_world_camera
     world = T.position + poses.rotate(T.orientation, nodes)
@@ -81,9 +86,21 @@ def test_pictures_of_any_kind_are_read(folder: Path, capsys: pytest.CaptureFixtu
     # Twelve bits in sixteen, grey: blue light alone tells an orange rope from a grey table.
     grey = picture[..., 0]
     cv2.imwrite(str(folder / "grey.png"), grey.astype(np.uint16) * 16)
-    assert main(["see", str(folder / "grey.png")]) == 0
+    assert main(["see", str(folder / "grey.png"), "--json"]) == 0
     assert len(json.loads(capsys.readouterr().out)["ropes"][0]["lines"][0]) > 100
     assert main(["see", str(folder / "k.json")]) == 2
     cv2.imwrite(str(folder / "small.png"), picture[:9, :9])
     assert main(["see", str(folder / "small.png")]) == 2
     assert "9 x 9 pixels" in capsys.readouterr().err
+
+
+def test_people_get_a_table(folder: Path, capsys: pytest.CaptureFixture) -> None:
+    assert main(["see", str(folder / "rope.png")]) == 0
+    shown = capsys.readouterr().out
+    assert "crossings" in shown
+    assert len(shown.splitlines()) < 20
+    options = ["--depth", "depth.png", "--camera", "k.json"]
+    options[1::2] = [str(folder / name) for name in options[1::2]]
+    dimensions = ["--length", "0.5", "--diameter", "0.008"]
+    assert main(["see", str(folder / "rope.png"), *options, *dimensions]) == 0
+    assert "40 nodes" in capsys.readouterr().out

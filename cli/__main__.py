@@ -138,8 +138,10 @@ def _report(error: Exception) -> int:
         return FAILURE
     if isinstance(error, ConfigurationError | BusError):
         return _refuse(str(error))
-    # What a file or a disk of others causes; readers say of which file.
-    if isinstance(error, OSError | MemoryError | RecursionError):
+    # What a file or a disk of others causes; readers say of which file. A reader of standard output
+    # that has gone is no fault.
+    cured = isinstance(error, OSError | MemoryError | RecursionError)
+    if cured and not isinstance(error, BrokenPipeError):
         return _refuse(reason_of(error))
     raise error
 

@@ -20,7 +20,7 @@ from rich.table import Table
 
 from benchmarks.campaign import Campaign
 from benchmarks.robustness.combinations import Combination, sample
-from benchmarks.robustness.tables import write_page
+from benchmarks.robustness.tables import write_table
 from benchmarks.robustness.trial import (
     MAX_ERROR,
     MAX_ERROR_ON_SUPPORT,
@@ -66,7 +66,7 @@ def run(
         folder: Folder for finished runs, scenarios and goals.
         again: Run finished combinations again.
         workers: Number of processes, or the address of a Dask scheduler.
-        docs: Folder in which `robustness/table.md` is written; nothing is by default.
+        docs: Folder in which `robustness/table.csv` is written; nothing is by default.
         json: Print one JSON object instead of a table.
 
     Returns:
@@ -82,7 +82,7 @@ def run(
     if not trials:
         raise ConfigurationError("none of the combinations can be run; take another seed")
     if docs:
-        write_page(docs / "robustness" / "table.md", trials, combinations, summary(trials))
+        write_table(docs / "robustness" / "table.csv", trials, combinations)
     if json:
         figures = {k: v if np.isfinite(v) else None for k, v in summary(trials).items()}
         print(encoder.dumps({"summary": figures, "trials": [asdict(t) for t in trials]}))

@@ -1,8 +1,9 @@
-"""Table of a robustness campaign, as a page of the documentation."""
+"""Table of a robustness campaign: every run with its conditions and what it missed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.robustness.combinations import Combination
@@ -26,46 +27,31 @@ COLUMNS = (
 )
 
 
-def write_page(
-    path: Path,
-    trials: Sequence[Trial],
-    combinations: Sequence[Combination],
-    summary: Mapping[str, float],
-) -> None:
-    """Write summary and table of some runs.
+def write_table(path: Path, trials: Sequence[Trial], combinations: Sequence[Combination]) -> None:
+    """Write the table of some runs as CSV.
 
     Raises:
         ConfigurationError: The file cannot be written.
     """
-    lines = ["# Robustness, every run", "", "Written by `lariat bench robustness`.", ""]
-    lines += ["| | |", "|---|---|", *(f"| {k} | {v:.3g} |" for k, v in summary.items()), ""]
-    lines += ["| " + " | ".join(COLUMNS) + " |", "|" + "---|" * len(COLUMNS)]
-    lines += [_row(t, c) for t, c in zip(trials, combinations, strict=True)]
-    lines += [
-        "",
-        "Error of the shape: mean distance of the curves, without what the rope is shifted along "
-        "itself.",
-        "Place known to: least standard deviation (Cramér-Rao) of the nodes along the rope, which "
-        "is seen across itself at start and goal.",
-        "EI found in brackets: start and goal do not tell the stiffness to 5 %.",
-        "",
-    ]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("\n".join(lines))
+        with path.open("w", newline="") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            writer.writerow(COLUMNS)
+            writer.writerows(map(_row, trials, combinations))
     except OSError as error:
         raise ConfigurationError(f"cannot write {path}: {error}") from error
 
 
-def _row(trial: Trial, combination: Combination) -> str:
+def _row(trial: Trial, combination: Combination) -> tuple[str, ...]:
     found, deviation = trial.stiffness
     stiffness = f"{found:.2f} ± {deviation:.2f}"
     clearance = trial.score["min_clearance_mm"]
-    cells = (
+    return (
         str(trial.number),
-        f"`{combination.scenario}`",
+        combination.scenario,
         combination.goal + (", rotating" if combination.rotates else ""),
-        f"`{combination.plant}`, {combination.node_count}",
+        f"{combination.plant}, {combination.node_count}",
         f"{combination.stiffness_ratio:.2f}",
         f"{100.0 * (combination.length_ratio - 1.0):+.0f} %",
         f"{trial.error_mm:.2f}",
@@ -76,4 +62,3 @@ def _row(trial: Trial, combination: Combination) -> str:
         f"{trial.noise_ratio:.1f}",
         "; ".join(trial.faults),
     )
-    return "| " + " | ".join(cells) + " |"

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import csv
 import json as encoder
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +10,7 @@ import pytest
 from benchmarks.robustness import bench
 from benchmarks.robustness.bench import summary
 from benchmarks.robustness.combinations import Combination, sample
-from benchmarks.robustness.tables import write_page
+from benchmarks.robustness.tables import write_table
 from benchmarks.robustness.trial import Trial
 from lariat.configuration import ConfigurationError
 
@@ -61,12 +62,13 @@ def test_a_run_without_adaptation_may_give_up_but_not_miss_its_goal_silently() -
     assert wrong.faults == []
 
 
-def test_page_lists_every_run_with_what_it_missed(tmp_path: Path) -> None:
+def test_table_lists_every_run_with_what_it_missed(tmp_path: Path) -> None:
     far = replace(GOOD, score=SCORE | {"final_error_mm": 1.5})
-    page = tmp_path / "results" / "table.md"
-    write_page(page, [GOOD, far], [sample(0, 3)] * 2, summary([GOOD, far]))
-    rows = [line for line in page.read_text().splitlines() if line.startswith("| 3 |")]
-    assert [row.split("|")[-2].strip() for row in rows] == ["", "1.50 mm off"]
+    table = tmp_path / "results" / "table.csv"
+    write_table(table, [GOOD, far], [sample(0, 3)] * 2)
+    with table.open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert [(row["no."], row["missed"]) for row in rows] == [("3", ""), ("3", "1.50 mm off")]
 
 
 def test_a_combination_that_cannot_be_run_does_not_end_the_campaign(

@@ -129,7 +129,7 @@ def test_user_may_publish_what_its_service_writes(name: str) -> None:
 
 
 def _is_service(member: object) -> bool:
-    return inspect.isclass(member) and hasattr(member, "writes") and hasattr(member, "reads")
+    return inspect.isclass(member) and all(hasattr(member, n) for n in ("step", "reads", "writes"))
 
 
 def test_only_controller_commands_the_arms_and_only_people_request() -> None:

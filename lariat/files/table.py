@@ -53,9 +53,8 @@ class Table:
         if values.shape[1] == len(names) + 1 and _is_index(values[:, 0]):
             values = values[:, 1:]
         if values.shape[1] != len(names):
-            where = f"line {self.lines[0]}: " if self.lines else ""
             count = self.values.shape[1]
-            raise ValueError(f"{where}{count} numbers instead of {', '.join(names)}")
+            raise ValueError(f"line {self.lines[0]}: {count} numbers instead of {', '.join(names)}")
         return values
 
 
@@ -85,7 +84,8 @@ def read_table(content: bytes) -> Table:
     """Return the table of a file.
 
     Raises:
-        ValueError: A row is not of numbers, or of another count than the first; the text names it.
+        ValueError: There is no row, or one is not of numbers, or of another count than the first;
+            the text names it.
     """
     names: tuple[str, ...] = ()
     rows: list[list[float]] = []
@@ -109,7 +109,9 @@ def read_table(content: bytes) -> Table:
             )
         rows.append(row)
         lines.append(number)
-    values = np.array(rows, dtype=np.float64).reshape(len(rows), -1 if rows else 0)
+    if not rows:
+        raise ValueError("it has no rows of numbers")
+    values = np.array(rows, dtype=np.float64)
     if values.shape[1] > 1 and np.isnan(values[:, -1]).all():
         values = values[:, :-1]  # Every row ends with a separator.
     return Table(values, names, tuple(lines))

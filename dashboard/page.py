@@ -56,13 +56,18 @@ DRAW_PERIOD = SECOND // 20
 """Least time between two drawings of a live cell [ns]: every second step draws."""
 PLAN_PERIOD = SECOND // 10
 """Least time between two drawings of the prediction [ns]."""
-LEFT_PANEL_WIDTH, RIGHT_PANEL_WIDTH = 300, 400
+LEFT_PANEL_WIDTH, RIGHT_PANEL_WIDTH = 300, 420
 """Widths of the panels [pixels]."""
 DETOUR = 0.01
 """Distance between a view that is asked for and the one before it, along each axis [m]."""
 REFUSAL_GAP = 50
 """Gap between the sequence numbers of two refused setpoint chunks above which the second refusal is
 reported too [-]; the controller sends this many chunks in a second."""
+
+
+def simulated(scenario: Scenario) -> bool:
+    """Whether no arm of a cell is real."""
+    return not any(scenario.end(side).address for side in SIDES)
 
 
 class Page:
@@ -80,30 +85,44 @@ class Page:
         self._uploads = Uploads(self._actions, self.notify)
         gui = server.gui
         gui.set_panel_label(f"Lariat · {scenario.name}")
-        simulated = not any(scenario.end(s).address for s in SIDES)
-        self._run_controls = RunControls(gui, self._actions, outbox, live, resettable=simulated)
-        with gui.add_folder("Arms"):
-            self._arm_controls = ArmControls(gui, self._actions, outbox, live, self.notify)
+        self._simulated = simulated(scenario)
+        self._run_controls = RunControls(
+            gui,
+            self._actions,
+            outbox,
+            live,
+            self._simulated,
+            lambda action, label: self._arm_controls.command(action, label),
+        )
         self._scene = SceneView(
             server, scenario, lambda name: self._obstacle_editor.queue_selection(name)
         )
         with gui.add_folder("Goal", visible=live):
             self._goal_editor = GoalEditor(
-                server, scenario, self._actions, outbox, self._scene, self._uploads
+                server,
+                scenario,
+                self._actions,
+                outbox,
+                self._scene,
+                self._uploads,
+                self._simulated,
             )
             self._goal_shortcuts = GoalShortcuts(gui, self._actions, outbox)
-            with gui.add_folder("Saved goals", expand_by_default=False):
+            self._saved_goals_folder = gui.add_folder("Saved goals", expand_by_default=False)
+            with self._saved_goals_folder:
                 self._saved_goals = SavedGoals(gui, scenario, self._actions, outbox, self.notify)
         with gui.add_folder("Obstacles", expand_by_default=False, visible=live):
             self._obstacle_editor = ObstacleEditor(
                 server, scenario, self._actions, outbox, self.notify
             )
+        with gui.add_folder("Arms", expand_by_default=not self._simulated):
+            self._arm_controls = ArmControls(gui, self._actions, outbox, live, self.notify)
         with gui.add_folder("View", expand_by_default=False):
             self._add_layers(gui)
         gui.main_panel.dock_left()
         gui.main_panel.set_width(LEFT_PANEL_WIDTH)
         panel = gui.add_panel()
-        with panel.add_tab("Run", viser.Icon.CHART_LINE):
+        with panel.add_tab("Run"):
             several = len(scenario.camera_setups) > 1
             self._cameras = [
                 CameraFeed(
@@ -117,25 +136,25 @@ class Page:
         self._scenarios: ScenarioPanel | None = None
         self._campaigns: CampaignPanel | None = None
         if live:
-            with panel.add_tab("Runs", viser.Icon.LIST):
+            with panel.add_tab("Runs"):
                 self._runs = RunsPanel(server, scenario, self._actions, outbox, self.notify)
         self._checks = CellChecks(scenario)
         self._checks_panel: ChecksPanel | None = None
-        if live:
-            with panel.add_tab("Checks", viser.Icon.CHECKLIST):
-                self._checks_panel = ChecksPanel(gui, self._checks)
-        with panel.add_tab("Rope", viser.Icon.ADJUSTMENTS):
+        with panel.add_tab("Rope"):
             self._parameters = ParameterPanel(gui, scenario, self._actions, outbox, live)
-        with panel.add_tab("Events", viser.Icon.LIST_DETAILS):
+        with panel.add_tab("Events"):
             self._events = EventsPanel(gui, self._actions)
-        with panel.add_tab("Health", viser.Icon.HEARTBEAT):
+        with panel.add_tab("Health"):
             self._health = HealthPanel(gui)
+            if live:
+                with gui.add_folder("Checks"):
+                    self._checks_panel = ChecksPanel(gui, self._checks)
         if live:
-            with panel.add_tab("Scenario", viser.Icon.FILE_SETTINGS):
+            with panel.add_tab("Scenario"):
                 self._scenarios = ScenarioPanel(
                     gui, scenario, self._actions, outbox, self.notify, self._uploads
                 )
-            with panel.add_tab("Campaign", viser.Icon.REPEAT):
+            with panel.add_tab("Campaign"):
                 self._campaigns = CampaignPanel(
                     gui, scenario, self._actions, outbox, self.notify, self._scenarios.changes
                 )
@@ -277,11 +296,14 @@ class Page:
         rope, _ = latest_with_age(inbox, topics.ROPE_NODES, now)
         preview, _ = latest_with_age(inbox, topics.TASK_GOAL_PREVIEW, now)
         missing = unheard(inbox) if self._live else ()
-        headline = status_text.headline(task, task_age, arms, rope, missing)
-        self._run_controls.update(headline, task, now)
+        headline = status_text.headline(task, task_age, arms, rope, missing, self._simulated)
         self._arm_controls.update(arms, arms_age)
+        self._run_controls.update(headline, task, arms, now)
         self._goal_editor.update(task, preview, now)
-        self._goal_shortcuts.update(task, rope, arms)
+        editing = self._goal_editor.editing
+        self._goal_shortcuts.update(task, rope, arms, editing)
+        if self._saved_goals_folder.visible == editing:
+            self._saved_goals_folder.visible = not editing
         self._saved_goals.update(latest_with_age(inbox, topics.GOAL_LIST, now)[0], task)
         self._draw_scene(now)
         if (scene := self._undrawn.pop(topics.SCENE_STATE.key, None)) is not None:

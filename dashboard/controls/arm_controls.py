@@ -1,4 +1,4 @@
-"""State of the robot gateway and buttons of the arms."""
+"""State of the arms, their grippers, and Disarm."""
 
 from __future__ import annotations
 
@@ -18,39 +18,12 @@ from shared.messages import ArmCommand, ArmStates
 
 OPEN_LABEL, CLOSE_LABEL = "Open", "Close"
 """Labels of a gripper's buttons."""
-BUTTONS = {
-    "Acknowledge": (
-        ArmCommand.ACKNOWLEDGE,
-        viser.Icon.CHECK,
-        palette.WARNING,
-        "Confirm that you have looked at the cell; moves nothing",
-    ),
-    "Resume arms": (
-        ArmCommand.RESUME,
-        viser.Icon.PLAYER_TRACK_NEXT,
-        palette.WARNING,
-        "Allow acknowledged arms to move again: a run goes on at once",
-    ),
-    "Arm": (
-        ArmCommand.ARM,
-        viser.Icon.POWER,
-        palette.BRAND,
-        "Power the arms and allow them to move",
-    ),
-    "Disarm": (
-        ArmCommand.DISARM,
-        viser.Icon.POWER,
-        palette.NEUTRAL,
-        "Stop the arms and take their power",
-    ),
-}
-"""Action, icon, colour and hint of each button, by label."""
 ARM_STATUS_PERIOD = SECOND // 2
 """Time between two updates of the arms' status lines [ns]."""
 
 
 class ArmControls:
-    """Mode of the gateway, and the commands that it accepts in this mode."""
+    """Mode of the gateway, states of its arms, and the commands to them."""
 
     def __init__(
         self,
@@ -67,14 +40,17 @@ class ArmControls:
         self._newest: ArmStates | None = None
         self._status = gui.add_html("")
         self._shown: StatusLine | None = None
-        # Every button keeps its place: one that appeared where another was would be pressed by
-        # mistake. Holding is the stop bar's.
-        self._buttons = {
-            label: gui.add_button(
-                label, icon=icon, color=color, visible=live, disabled=True, hint=hint
-            )
-            for label, (_, icon, color, hint) in BUTTONS.items()
-        }
+        self._status.visible = not live
+        self._disarm = gui.add_button(
+            "Disarm",
+            icon=viser.Icon.POWER,
+            color=palette.NEUTRAL,
+            visible=False,
+            hint="Stop the arms and take their power",
+        )
+        self._disarm.on_click(
+            lambda _: actions.put(lambda: self.command(ArmCommand.DISARM, "Disarm"))
+        )
         self._arm_status = gui.add_html("")
         self._arm_status_stamp = 0
         self._grippers = {}
@@ -91,21 +67,13 @@ class ArmControls:
                 )
             )
             self._grippers[side] = group
-        for label, button in self._buttons.items():
-            button.on_click(lambda _, s=label: actions.put(lambda: self._press(s)))
-
-    def _press(self, label: str) -> None:
-        action = BUTTONS[label][0]
-        if action == ArmCommand.ACKNOWLEDGE and self._newest is not None:
-            self._command(action, label, session=self._newest.next_session)
-        else:
-            self._command(action, label)
 
     def _move_gripper(self, side: Side, label: str) -> None:
         close = label == CLOSE_LABEL
-        self._command(ArmCommand.GRIPPER, f"{label} gripper {side}", arm=side, close=close)
+        self.command(ArmCommand.GRIPPER, f"{label} gripper {side}", arm=side, close=close)
 
-    def _command(self, action: ArmCommand.Action, label: str, **fields: object) -> None:
+    def command(self, action: ArmCommand.Action, label: str, **fields: object) -> None:
+        """Send a command to the arms, in answer to their newest state."""
         if self._newest is None:
             self._notify(
                 Notification(f"{label}: not sent", "No message from the robot gateway yet.")
@@ -139,19 +107,6 @@ class ArmControls:
             group = self._grippers.get(arm.arm)
             if group is not None and group.visible != (arm.driver != "fixed"):
                 group.visible = arm.driver != "fixed"
-        for label, button in self._buttons.items():
-            disabled = not _applies(BUTTONS[label][0], arms)
-            if button.disabled != disabled:
-                button.disabled = disabled
-
-
-def _applies(action: ArmCommand.Action, arms: ArmStates) -> bool:
-    """Return whether the gateway would obey an action in this state."""
-    match action:
-        case ArmCommand.ACKNOWLEDGE:
-            return arms.needs_acknowledgement
-        case ArmCommand.RESUME:
-            return arms.needs_resume
-        case ArmCommand.ARM:
-            return arms.mode == ArmStates.DISARMED and not arms.needs_approach
-    return True
+        powered = arms.mode != ArmStates.DISARMED or any(a.powered for a in arms.arms)
+        if self._disarm.visible != powered:
+            self._disarm.visible = powered

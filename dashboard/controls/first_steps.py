@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from shared.messages import IDLE, PAUSED, RUNNING, ArmStates, TaskState
+from shared.messages import PAUSED, RUNNING, ArmStates, TaskState
 
 
 class FirstStep(NamedTuple):
@@ -22,7 +22,12 @@ class FirstStep(NamedTuple):
 class FirstSteps:
     """Follows what people do with the cell, by the states that its services publish."""
 
-    def __init__(self) -> None:
+    def __init__(self, simulated: bool) -> None:
+        """
+        Args:
+            simulated: Whether no arm of the cell is real.
+        """
+        self._simulated = simulated
         self._heard = self._armed = self._started = self._held = self._resumed = False
         self._goal_revision: int | None = None
         self._goal_set = False
@@ -54,17 +59,19 @@ class FirstSteps:
             cell = f"Not heard yet: {names}. lariat up starts them all."
         else:
             cell = "All services answer."
-        running = task is not None and task.state != IDLE
         return [
             FirstStep("The cell is there", self._heard, cell),
-            FirstStep("Arm the arms", self._armed, "Press Arm in the folder Arms."),
+            FirstStep("Arm the arms", self._armed, "Press Arm."),
             FirstStep("Start the run", self._started, "Press Start: the rope goes to its goal."),
             FirstStep(
                 "Set another goal",
                 self._goal_set,
-                "Press Edit goal, drag an end, press Set goal"
-                + (": the rope follows." if running else "; then Start."),
+                "Press Edit goal, drag an end, press Set goal: the rope follows.",
             ),
             FirstStep("Hold the arms", self._held, "Press HOLD, Space or Esc at any time."),
-            FirstStep("Go on", self._resumed, "Press Acknowledge, then Resume arms."),
+            FirstStep(
+                "Go on",
+                self._resumed,
+                "Press Continue." if self._simulated else "Press Acknowledge, then Resume arms.",
+            ),
         ]

@@ -37,6 +37,8 @@ class StatusLine:
     """Colour of the dot."""
     detail: str = ""
     """Reason, or the next thing to do; shown below the text in smaller type."""
+    rule: str = ""
+    """Name of the rule that was violated, shown where the pointer rests on the line."""
 
 
 def format_millimeters(length: float) -> str:
@@ -53,6 +55,7 @@ def headline(
     arms: ArmStates | None,
     rope: NodeChain | None = None,
     unheard: Sequence[str] = (),
+    simulated: bool = False,
 ) -> StatusLine:
     """State of the whole cell in one line.
 
@@ -62,11 +65,12 @@ def headline(
         arms: Newest state of the gateway.
         rope: Newest perceived rope.
         unheard: Services of the loop that have never been heard of.
+        simulated: Whether no arm of the cell is real.
     """
     if task is None:
         names = ", ".join(name.replace("_", " ") for name in unheard)
         missing = f"Nothing is heard from: {names}. lariat up starts them all." if names else ""
-        return StatusLine("Waiting for the controller", palette.QUIET, missing)
+        return StatusLine("Connecting …", palette.QUIET, missing)
     if task_age > STALE_AGE:
         text = f"The controller is silent for {task_age:.0f} s"
         return StatusLine(text, palette.BAD, "See the tab Health.")
@@ -80,11 +84,11 @@ def headline(
         if is_seen and math.isfinite(task.clearance)
         else ""
     )
-    obstruction = _arms_obstruction(arms)
+    obstruction = _arms_obstruction(arms, simulated)
     detail = obstruction or task.reason
     match task.state:
         case messages.RUNNING:
-            text = "Running, but held" if obstruction else "Running"
+            text = "Held" if obstruction else "Running"
             color = palette.WARNING if obstruction else palette.BUSY
             return StatusLine(f"{text}: {remaining}{clearance}", color, detail)
         case messages.PAUSED:
@@ -98,14 +102,17 @@ def headline(
         case messages.IDLE:
             text = f"Not ready: {remaining}" if obstruction else f"Ready: {remaining}"
             color = palette.WARNING if obstruction else palette.QUIET
-            return StatusLine(text, color, detail or "Press Start.")
+            return StatusLine(text, color, detail)
     return StatusLine(f"Unknown run state {task.state}", palette.BAD)
 
 
-def _arms_obstruction(arms: ArmStates | None) -> str:
+def _arms_obstruction(arms: ArmStates | None, simulated: bool) -> str:
     """Reason why the arms would not move; empty when they would."""
     if arms is None:
         return "The robot gateway is silent."
+    if simulated and (arms.needs_acknowledgement or arms.needs_resume):
+        reason = arms.reason or "the arms hold"
+        return f"{reason[0].upper()}{reason[1:]}. Continue lets the arms move again."
     if arms.needs_acknowledgement:
         return "The arms hold until a person acknowledges."
     if arms.needs_resume:
@@ -142,10 +149,9 @@ def gateway_status(arms: ArmStates | None, age: float) -> StatusLine:
     if arms.needs_acknowledgement:
         color = palette.BAD if arms.mode == ArmStates.FAULT else palette.WARNING
     details = [arms.reason] if arms.reason else []
-    if arms.rule and arms.mode in (ArmStates.HOLDING, ArmStates.FAULT):
-        details.append(f"rule “{arms.rule}”")
+    rule = arms.rule if arms.mode in (ArmStates.HOLDING, ArmStates.FAULT) else ""
     details += [f"{a.arm}: {alarm}" for a in arms.arms for alarm in a.alarms]
-    return StatusLine(text, color, "; ".join(details))
+    return StatusLine(text, color, "; ".join(details), rule)
 
 
 def arm_status(arm: ArmState) -> str:
@@ -171,8 +177,9 @@ def as_html(line: StatusLine, size: str = "1.05em", margin: str = "0.6em 1em") -
         if line.detail
         else ""
     )
+    rule = f' title="rule {escaped(line.rule)}"' if line.rule else ""
     return (
-        f'<div style="margin:{margin};display:flex;gap:.6em;align-items:baseline">'
+        f'<div style="margin:{margin};display:flex;gap:.6em;align-items:baseline"{rule}>'
         f'<span style="flex:none;width:.7em;height:.7em;border-radius:50%;'
         f'background:{palette.css(line.color)};box-shadow:0 0 .5em {palette.css(line.color, 0.6)}">'
         f'</span><div style="font-size:{size}"><b>{escaped(line.text)}</b>{detail}</div></div>'

@@ -107,6 +107,7 @@ class StopBar:
         status = {
             "text": line.text,
             "detail": line.detail,
+            "rule": line.rule,
             "color": palette.css(line.color),
             "stopped": newest is not None and age <= STALE_AGE and is_stopped(newest),
             "approach": _offer(newest),

@@ -53,12 +53,24 @@ class GoalEditor:
         outbox: Outbox,
         view: SceneView,
         uploads: Uploads,
+        simulated: bool,
     ) -> None:
-        """Add the elements to the page."""
+        """Add the elements to the page.
+
+        Args:
+            server: Server of the page.
+            scenario: Cell whose goal is edited.
+            actions: Queue of what people ask for.
+            outbox: Requests to other services.
+            view: Scene in which goal and preview are drawn.
+            uploads: Files that people bring.
+            simulated: Whether no arm of the cell is real.
+        """
         self._scenario = scenario
         self._outbox = outbox
         self._view = view
-        self._editing = False
+        self.editing = False
+        """Whether a person edits a goal."""
         self._goal_revision = -1
         self._touched = False
         """Whether a person has changed the goal since the editor was opened."""
@@ -75,6 +87,14 @@ class GoalEditor:
         driven = [s for s in SIDES if scenario.end(s).driver != "fixed"]
         self._gizmos = {side: self._add_gizmo(server.scene, side, actions) for side in driven}
         gui = server.gui
+        self._set = gui.add_button(
+            "Set goal" if simulated else "Set goal and move",
+            icon=viser.Icon.TARGET,
+            color=palette.GOOD,
+            visible=False,
+            disabled=True,
+        )
+        self._set.on_click(lambda _: actions.put(self._request_goal))
         self._edit = gui.add_button(
             "Edit goal", icon=viser.Icon.HAND_MOVE, hint="Drag both ends in the 3-D view"
         )
@@ -86,14 +106,6 @@ class GoalEditor:
         self._turns_fields = [self._add_turns_field(gui, actions)] if rotating else []
         self._handle = PullHandle(server, scenario, actions, self._take_pull)
         self._stretch = CountedStretch(gui, scenario.rope, actions, self._take_stretch)
-        self._set = gui.add_button(
-            "Set goal",
-            icon=viser.Icon.TARGET,
-            color=palette.GOOD,
-            visible=False,
-            disabled=True,
-        )
-        self._set.on_click(lambda _: actions.put(self._request_goal))
         self._upload = gui.add_upload_button(
             "Load shape (CSV)",
             icon=viser.Icon.UPLOAD,
@@ -201,13 +213,13 @@ class GoalEditor:
             self._show_grip(side, with_gizmo=True)
 
     def _take_turns(self, turns: float) -> None:
-        if self._editing and np.isfinite(turns):
+        if self.editing and np.isfinite(turns):
             self._handle.release()
             self._turns = turns
             self._touch()
 
     def _take_stretch(self) -> None:
-        if not self._editing:
+        if not self.editing:
             return
         self._touched = True
         preview = self._preview
@@ -224,7 +236,7 @@ class GoalEditor:
         self._set.disabled = True
 
     def _change_grip(self, side: Side, pose: Pose) -> None:
-        if not self._editing:
+        if not self.editing:
             return
         self._grips[side] = pose
         self._handle.release()
@@ -233,7 +245,7 @@ class GoalEditor:
         self._show_grip(side, with_gizmo=False)
 
     def _take_pull(self) -> None:
-        if not self._editing:
+        if not self.editing:
             return
         if not self._pull_number:
             self._pull_number = _number(self._draft_id) + 1
@@ -255,13 +267,15 @@ class GoalEditor:
                 self._gizmos[side].wxyz = pose.orientation
 
     def _toggle(self) -> None:
-        self._set_editing(not self._editing)
+        self._set_editing(not self.editing)
 
     def _set_editing(self, editing: bool) -> None:
-        self._editing = editing
+        self.editing = editing
         self._preview = None
         self._view.show_preview(None)
         self._edit.label = "Cancel" if editing else "Edit goal"
+        self._edit.color = palette.NEUTRAL if editing else palette.BRAND
+        self._upload.visible = not editing
         self._set.disabled = True
         fields = (*self._fields.values(), *self._angle_fields.values(), *self._turns_fields)
         for handle in (*self._gizmos.values(), *fields, self._set, self._status):
@@ -283,7 +297,7 @@ class GoalEditor:
         if self._preview is None or self._set.disabled:
             return
         goal = self._stretch.applied(goal_of(self._preview.goal))
-        self._outbox.request_task(TaskRequest.SET_GOAL, "Set goal", goal=goal)
+        self._outbox.request_task(TaskRequest.SET_GOAL, "Set goal", goal=goal, move=True)
         self._set_editing(False)
 
     def _request_file(self, name: str, goal: Goal) -> None:
@@ -302,7 +316,7 @@ class GoalEditor:
         """
         if task is not None and task.goal_revision != self._goal_revision:
             self._take_goal(goal_of(task.goal), task.goal_revision)
-        if not self._editing:
+        if not self.editing:
             return
         if self._changed and now - self._draft_time >= DRAFT_PERIOD:
             self._changed, self._draft_time = False, now
@@ -316,7 +330,7 @@ class GoalEditor:
     def _take_goal(self, goal: Goal, revision: int) -> None:
         self._goal_revision = revision
         self._view.show_goal(goal)
-        if not self._editing and len(goal.left.position) == len(goal.right.position) == 3:
+        if not self.editing and len(goal.left.position) == len(goal.right.position) == 3:
             self._grips = {"left": goal.left, "right": goal.right}
             self._turns = goal.turns
             self._stretch.take_goal(goal)

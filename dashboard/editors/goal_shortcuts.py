@@ -42,7 +42,7 @@ class GoalShortcuts:
             "Present shape as goal",
             icon=viser.Icon.CAMERA,
             color=palette.NEUTRAL,
-            disabled=True,
+            visible=False,
             hint="Set the rope's present shape as the goal, e.g. to come back to it",
         )
         self._present.on_click(lambda _: actions.put(self._request_present))
@@ -50,24 +50,36 @@ class GoalShortcuts:
             "Undo goal",
             icon=viser.Icon.ARROW_BACK_UP,
             color=palette.NEUTRAL,
-            disabled=True,
+            visible=False,
             hint="Return to the goal before",
         )
         self._undo.on_click(lambda _: actions.put(self._request_undo))
 
     def update(
-        self, task: TaskState | None, rope: NodeChain | None, arms: ArmStates | None
+        self,
+        task: TaskState | None,
+        rope: NodeChain | None,
+        arms: ArmStates | None,
+        editing: bool = False,
     ) -> None:
-        """Take the present goal and the present shape."""
+        """Take the present goal and the present shape, and show what can be done with them.
+
+        Args:
+            task: Newest state of the controller.
+            rope: Newest perceived rope.
+            arms: Newest state of the gateway.
+            editing: Whether a goal is being edited.
+        """
         self._rope, self._arms = rope, arms
         if task is not None:
             self._turns = task.turns
             if task.goal_revision != self._revision and task.goal.positions:
                 self._revision = task.goal_revision
                 self._remember(goal_of(task.goal))
-        unknown = rope is None or bool(rope.lost) or arms is None or not poses_known(arms)
-        if self._present.disabled != unknown:
-            self._present.disabled = unknown
+        known = rope is not None and not rope.lost and arms is not None and poses_known(arms)
+        for button, applies in ((self._present, known), (self._undo, len(self._goals) > 1)):
+            if button.visible != (applies and not editing):
+                button.visible = applies and not editing
 
     def _remember(self, goal: Goal) -> None:
         """Remember a goal, unless it is the one that Undo has returned to."""
@@ -76,7 +88,6 @@ class GoalShortcuts:
         if last is not None and same and np.allclose(last.nodes, goal.nodes, atol=SAME):
             return
         self._goals = [*self._goals, goal][-MAX_REMEMBERED:]
-        self._undo.disabled = len(self._goals) < 2
 
     def _request_present(self) -> None:
         rope, arms = self._rope, self._arms
@@ -94,4 +105,3 @@ class GoalShortcuts:
         if len(self._goals) > 1:
             self._goals.pop()
             self._outbox.request_task(TaskRequest.SET_GOAL, "Undo goal", goal=self._goals[-1])
-            self._undo.disabled = len(self._goals) < 2

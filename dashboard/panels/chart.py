@@ -72,7 +72,6 @@ def add_chart(
         {
             "label": label,
             "stroke": palette.css(color),
-            "fill": palette.css(color, 0.12),
             "width": 2,
             "points": {"show": False},
         }
@@ -97,7 +96,8 @@ def add_comparison_chart(
     Other runs need another chart, which has its curves from its first drawing: viser keeps the part
     of the time axis that was seen before, be it nothing.
     """
-    return _plot(gui, title, comparison_series(names), overlay(curves), with_legend=True)
+    data = overlay(curves) if curves else ()
+    return _plot(gui, title, comparison_series(names), data, with_legend=True)
 
 
 def add_estimate_chart(gui: viser.GuiApi, title: str, color: Color) -> viser.GuiUplotHandle:
@@ -212,6 +212,8 @@ def _plot(
     }
     return gui.add_uplot(
         data=data or (times, *[nothing] * (len(series) - 1)),
+        # Axes are those of data.
+        visible=bool(data),
         series=series,
         title=title,
         scales={"x": {"time": False, "auto": True}, "y": {"auto": True}},

@@ -132,6 +132,8 @@ class ParameterPanel:
             return
         self._draw_time = now
         self._chart.data = self._history.columns
+        if not self._chart.visible:
+            self._chart.visible = True
         parameters = named_parameters(self._undrawn)
         self._table.content = table_html(parameters)
         names = tuple(p.name for p in parameters)
@@ -158,6 +160,8 @@ class ParameterPanel:
             self._estimate.title = title
         starts = [(start - self._first_stamp) / SECOND for start in self._run_starts]
         self._estimate.data = with_marks((time, *rows), starts)
+        if not self._estimate.visible:
+            self._estimate.visible = True
 
 
 def true_values(scenario: Scenario) -> dict[str, float]:

@@ -112,7 +112,11 @@ class RunPlots:
         for column, (chart, limit) in enumerate(
             zip((self.error_chart, self.clearance_chart), self._limits_mm, strict=True), start=1
         ):
-            chart.data = over_earlier_runs([(run[0], run[column]) for run in runs], limit)
+            shown = any(np.any(np.isfinite(run[column])) for run in runs)
+            if shown:
+                chart.data = over_earlier_runs([(run[0], run[column]) for run in runs], limit)
+            if chart.visible != shown:
+                chart.visible = shown
 
 
 def over_earlier_runs(curves: Sequence[Curve], limit: float) -> tuple[np.ndarray, ...]:

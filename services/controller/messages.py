@@ -82,7 +82,7 @@ def task_request(message: TaskRequest) -> Request:
     known = message.action in TaskRequest.Action.values()
     action = RequestAction[TaskRequest.Action.Name(message.action)] if known else None
     goal = goal_of(message.goal) if action is RequestAction.SET_GOAL else None
-    return Request(message.id, action, goal, message.key, message.value)
+    return Request(message.id, action, goal, message.key, message.value, message.move)
 
 
 def draft_request(message: GoalDraft) -> tuple[Goal, Pull | None]:

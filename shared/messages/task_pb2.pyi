@@ -142,7 +142,7 @@ class TaskState(_message.Message):
     def __init__(self, stamp: _Optional[int] = ..., revision: _Optional[int] = ..., state: _Optional[_Union[RunState, str]] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., goal_revision: _Optional[int] = ..., reset_count: _Optional[int] = ..., replan_count: _Optional[int] = ..., run: _Optional[str] = ..., run_started: _Optional[int] = ..., settings: _Optional[_Mapping[str, str]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ..., error: _Optional[float] = ..., clearance: _Optional[float] = ..., turns: _Optional[float] = ..., reason_code: _Optional[_Union[TaskState.Reason, str]] = ..., clearance_margin: _Optional[float] = ..., pace: _Optional[float] = ..., angle_error: _Optional[float] = ..., restore_count: _Optional[int] = ...) -> None: ...
 
 class TaskRequest(_message.Message):
-    __slots__ = ("id", "stamp", "action", "goal", "key", "value")
+    __slots__ = ("id", "stamp", "action", "goal", "key", "value", "move")
     class Action(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         SET_GOAL: _ClassVar[TaskRequest.Action]
@@ -165,13 +165,15 @@ class TaskRequest(_message.Message):
     GOAL_FIELD_NUMBER: _ClassVar[int]
     KEY_FIELD_NUMBER: _ClassVar[int]
     VALUE_FIELD_NUMBER: _ClassVar[int]
+    MOVE_FIELD_NUMBER: _ClassVar[int]
     id: str
     stamp: int
     action: TaskRequest.Action
     goal: Goal
     key: str
     value: str
-    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[TaskRequest.Action, str]] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., key: _Optional[str] = ..., value: _Optional[str] = ...) -> None: ...
+    move: bool
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[TaskRequest.Action, str]] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., key: _Optional[str] = ..., value: _Optional[str] = ..., move: _Optional[bool] = ...) -> None: ...
 
 class GoalDraft(_message.Message):
     __slots__ = ("id", "stamp", "left", "right", "turns", "pull", "node")

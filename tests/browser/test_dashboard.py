@@ -32,23 +32,21 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
 
 def remaining_distance(page: Page) -> float:
     """Return the remaining distance that the headline shows [mm]."""
-    text = page.get_by_text(re.compile(r"^(Ready|Running|Reached|Paused).*: ")).first.inner_text()
+    text = page.get_by_text(re.compile(r"^(Ready|Running|Held|Reached|Paused).*: ")).first.inner_text()
     found = re.search(r"([\d.]+) mm", text)
     assert found is not None, text
     return float(found[1])
 
 
 def follow_to_the_goal(page: Page, timeout: float = 60.0) -> None:
-    """Wait for the goal; acknowledge where a busy machine has made the arms hold."""
+    """Wait for the goal; go on where a busy machine has made the arms hold."""
     reached = page.get_by_text(re.compile(r"^Reached: "))
-    acknowledge = page.get_by_role("button", name="Acknowledge")
-    resume = page.get_by_role("button", name="Resume arms")
+    go_on = page.get_by_role("button", name="Continue")
     started = time.monotonic()
     while not reached.is_visible():
         assert time.monotonic() - started < timeout, page.get_by_text(" to go").first.inner_text()
-        for button in (acknowledge, resume):
-            if button.is_enabled():
-                button.click()
+        if go_on.is_visible():
+            go_on.click()
         page.wait_for_timeout(300)
 
 
@@ -56,13 +54,11 @@ def test_start_moves_the_rope_to_the_goal(page: Page) -> None:
     expect(page.get_by_text(re.compile(r"^Ready: [\d.]+ mm to go"))).to_be_visible(timeout=30_000)
     before = remaining_distance(page)
     assert before > 100.0
-    for name in ("Acknowledge", "Resume arms"):
-        button = page.get_by_role("button", name=name)
-        if button.is_enabled():
-            button.click()
-            expect(button).to_be_disabled()
+    go_on = page.get_by_role("button", name="Continue")
+    if go_on.is_visible():
+        go_on.click()
     page.get_by_role("button", name="Start").click()
-    expect(page.get_by_text(re.compile("^(Running|Reached)"))).to_be_visible()
+    expect(page.get_by_text(re.compile("^(Running|Held|Reached)"))).to_be_visible()
     follow_to_the_goal(page)
     assert remaining_distance(page) < 0.05 * before
 

@@ -81,7 +81,7 @@ def test_runs_are_compared_noted_and_deleted_after_a_question(cell: tuple[Cell, 
 
 def test_checks_show_what_the_page_has_seen_of_the_cell(cell: tuple[Cell, Page]) -> None:
     _, page = cell
-    page.get_by_role("tab", name="Checks").click()
+    page.get_by_role("tab", name="Health").click()
     expect(page.get_by_text("Stop in motion")).to_be_visible()
     expect(page.get_by_text("hold the arms in the middle of a run")).to_be_visible()
     page.get_by_role("tab", name="Run", exact=True).click()
@@ -90,6 +90,7 @@ def test_checks_show_what_the_page_has_seen_of_the_cell(cell: tuple[Cell, Page])
 def test_each_gripper_opens_and_closes_by_its_own_buttons(cell: tuple[Cell, Page]) -> None:
     stage, page = cell
     stage.forget()
+    page.get_by_text("Arms", exact=True).click()
     expect(page.get_by_text("Gripper left")).to_be_visible()
     page.get_by_role("button", name="Open", exact=True).nth(1).click()
     command = stage.asked(topics.ARM_COMMAND)

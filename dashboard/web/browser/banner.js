@@ -31,7 +31,7 @@
       const text = `No connection to the dashboard for ${seconds()} s. What you see is old.`;
       return ["lost", `${text} Connecting again …`, {}];
     }
-    if (!news) return null;
+    if (!news) return ["watching", "Connecting …", {}];
     if (news.cell.silent) return ["lost", `${news.cell.silent}. What you see is old.`, {}];
     const { role, asks, asked } = news.controls;
     if (narrow.matches) return ["watching", "A window as narrow as this only watches; HOLD works.", {}];

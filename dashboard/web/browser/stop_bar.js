@@ -8,6 +8,7 @@
   const RECONNECT_DELAY = 500; // ms
   const MAX_QUEUED = 256; // bytes of signs of life that may wait for the network
   const SIGN_PERIOD = 20; // ms between two signs of life of an approach
+  const CONNECT_TIME = 20000; // ms that the first status may take until the connection counts as lost
   const EMERGENCY = "Use the hard-wired emergency stop.";
 
   const elements = {};
@@ -26,19 +27,22 @@
   function show() {
     if (!elements.bar) return;
     const connected = performance.now() - statusTime < STATUS_TIMEOUT;
-    let text = "No connection to the dashboard";
+    const connecting = !status && performance.now() < CONNECT_TIME;
+    let text = connecting ? "Connecting …" : "No connection to the dashboard";
     let detail = "A hold may not arrive. " + EMERGENCY;
-    let color = "#f05454";
+    let color = connecting ? "#8a93a0" : "#f05454";
     if (connected) ({ text, detail, color } = status);
     else if (status) window.dispatchEvent(new CustomEvent("lariat-lost"));
     if (holdText && !(connected && status.stopped)) {
       text = holdText;
     }
-    elements.bar.classList.toggle("alarm", !connected || (holdText !== "" && !status.stopped));
+    const alarms = !connected && !connecting;
+    elements.bar.classList.toggle("alarm", alarms || (holdText !== "" && !status?.stopped));
     elements.bar.dataset.state = !connected ? "lost" : status.stopped ? "stopped" : "live";
     elements.dot.style.background = color;
     elements.headline.textContent = text;
     elements.detail.textContent = detail;
+    elements.bar.title = connected && status.rule ? `rule ${status.rule}` : "";
     elements.hold.classList.toggle("sent", holding);
     // A pressed button keeps its name and place until it is released.
     offer = press ? press.offer : connected && acts ? status.approach : null;

@@ -15,6 +15,8 @@ from lariat.scenario import Goal
 
 ENDED = (RunState.REACHED, RunState.FAILED)
 """States after a run that nobody has stopped or paused."""
+STANDING = (RunState.IDLE, *ENDED)
+"""States without a run."""
 
 
 class RequestAction(Enum):
@@ -43,6 +45,8 @@ class Request:
     """Name of the setting of `SET`."""
     value: str = ""
     """Value of the setting of `SET`."""
+    move: bool = False
+    """Whether the person who set a goal has agreed that the arms go there at once."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +92,8 @@ def carry_out(
                 goals.check(goal, obstacles)
                 # A person who set a goal after a run expects the rope to follow; a real arm moves
                 # only where somebody has just agreed to it.
-                follows = task.resettable and task.state in ENDED
+                agreed = request.move and task.state in STANDING
+                follows = agreed or (task.resettable and task.state in ENDED)
                 task.set_goal(goal)
                 if follows and _refusal(arms, obstruction) is None:
                     task.start(now)

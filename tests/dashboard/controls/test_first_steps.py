@@ -13,13 +13,13 @@ def done(steps: FirstSteps, task: TaskState, arms: ArmStates) -> list[bool]:
 
 
 def test_nothing_started_says_what_is_missing() -> None:
-    first, *others = FirstSteps().update(None, None, ["controller", "robot_gateway"])
+    first, *others = FirstSteps(simulated=True).update(None, None, ["controller", "robot_gateway"])
     assert first.hint == "Not heard yet: controller, robot gateway. lariat up starts them all."
     assert not any(step.done for step in (first, *others))
 
 
 def test_steps_follow_what_a_person_does_and_stay_done() -> None:
-    steps = FirstSteps()
+    steps = FirstSteps(simulated=True)
     idle = TaskState(state=IDLE, goal=GOAL, goal_revision=3)
     armed = ArmStates(mode=ArmStates.ARMED)
     held = ArmStates(mode=ArmStates.HOLDING, needs_acknowledgement=True)
@@ -37,7 +37,7 @@ def test_steps_follow_what_a_person_does_and_stay_done() -> None:
 
 
 def test_arms_that_hold_before_any_run_were_not_held_by_a_person() -> None:
-    steps = FirstSteps()
+    steps = FirstSteps(simulated=True)
     idle = TaskState(state=IDLE, goal=GOAL, goal_revision=3)
     boot = ArmStates(mode=ArmStates.HOLDING, needs_acknowledgement=True)
     assert not done(steps, idle, boot)[4]

@@ -65,8 +65,11 @@ def test_cell_is_not_ready_while_the_arms_are_not() -> None:
 def test_run_that_the_gateway_holds_is_not_shown_as_running() -> None:
     held = ArmStates(mode=ArmStates.HOLDING, needs_acknowledgement=True)
     line = status_text.headline(task(RUNNING, reason="started"), 0.1, held)
-    assert line.text.startswith("Running, but held: ")
+    assert line.text.startswith("Held: ")
     assert "acknowledges" in line.detail
+    held.reason = "held by a person"
+    line = status_text.headline(task(RUNNING), 0.1, held, simulated=True)
+    assert "Held by a person. Continue" in line.detail
 
 
 def test_gateway_status_names_rule_reason_and_alarms() -> None:
@@ -78,8 +81,11 @@ def test_gateway_status_names_rule_reason_and_alarms() -> None:
     )
     line = status_text.gateway_status(arms, 0.0)
     assert line.text == "Holding still"
-    for words in ("no setpoints for 100 ms", "fresh", "right: joint 3 over temperature"):
+    for words in ("no setpoints for 100 ms", "right: joint 3 over temperature"):
         assert words in line.detail
+    assert line.rule == "fresh"
+    assert "fresh" not in line.detail
+    assert 'title="rule fresh"' in status_text.as_html(line)
 
 
 def test_arm_status_names_mode_link_tracking_error_force_and_gripper() -> None:

@@ -28,7 +28,7 @@ class Editor(GoalEditor):
         self.outbox = Outbox("test")
         view = SceneView(private.server, SCENARIO, lambda name: None)
         super().__init__(
-            private.server, SCENARIO, ActionQueue(), self.outbox, view, lambda note: None
+            private.server, SCENARIO, ActionQueue(), self.outbox, view, lambda note: None, True
         )
         self._time = 0
 

@@ -93,6 +93,19 @@ def test_goal_is_replaced_only_when_it_passes_its_checks() -> None:
     assert (t.goal.turns, t.goal_revision, t.refusal) == (1.0, 2, "")
 
 
+@pytest.mark.parametrize("state", [RunState.IDLE, RunState.REACHED, RunState.FAILED])
+def test_goal_of_a_person_who_agreed_to_the_motion_is_followed_by_a_real_arm_too(
+    state: RunState,
+) -> None:
+    t = task()
+    t.resettable, t.state = False, state
+    assert request(t, RequestAction.SET_GOAL, goal=t.goal, move=True)
+    assert t.state is RunState.RUNNING
+    request(t, RequestAction.PAUSE)
+    assert not request(t, RequestAction.SET_GOAL, goal=t.goal, move=True)
+    assert t.state is RunState.PAUSED
+
+
 @pytest.mark.parametrize("state", [RunState.REACHED, RunState.FAILED])
 def test_new_goal_after_a_run_is_followed_in_a_simulation(state: RunState) -> None:
     t = task()
@@ -111,9 +124,8 @@ def test_new_goal_waits_for_a_start_beside_a_real_arm_and_after_a_stop() -> None
     request(stopped, RequestAction.STOP)
     for t in (real, stopped):
         assert not request(t, RequestAction.SET_GOAL, goal=t.goal)
-    assert not request(
-        held, RequestAction.SET_GOAL, replace(READY, available=False), goal=held.goal
-    )
+    unready = replace(READY, available=False)
+    assert not request(held, RequestAction.SET_GOAL, unready, goal=held.goal, move=True)
     for t in (real, stopped, held):
         assert (t.state, t.refusal, t.goal.turns) == (RunState.IDLE, "", 1.0)
 

@@ -82,6 +82,7 @@ def main(
     dependencies.check(loaded, services.NAMES)
     reports = preflight.check(loaded)
     starts = arm_starts(loaded)
+    distances = preflight.rest_distances(loaded)
     path = planned(loaded, alternatives, nearest) if plan else {}
     code = 0 if path.get("reached", True) else 1
     if json:
@@ -95,6 +96,7 @@ def main(
             "ok": True,
             "doubts": list(doubts(loaded)),
             "shapes": shapes,
+            "rest_distance_mm": {key: round(1e3 * d, 3) for key, d in distances.items()},
             "start_joints_deg": starts,
         }
         if plan:
@@ -113,6 +115,12 @@ def main(
             f"{1e3 * report.clearance:.1f} mm from {report.nearest}" if report.nearest else "free"
         )
         print(f"  {key}: {near}")
+    for key, distance in distances.items():
+        if distance > loaded.run.tolerance:
+            print(
+                f"  {key}: the rope as [rope] has it does not rest in this shape; the nearest "
+                f"within reach that was found is {1e3 * distance:.1f} mm away on average"
+            )
     for side, joints in starts.items():
         print(f"  {side} arm at the start: joints {', '.join(f'{j:.1f}' for j in joints)} deg")
     if path:

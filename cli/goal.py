@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
 from cli.task import LOCAL, CellOptions, print_state
-from lariat.configuration import ConfigurationError
-from lariat.scenario import Rope, Scenario, Shape, load
+from lariat.configuration import ConfigurationError, refusing
+from lariat.files.bounded_file import read_file
+from lariat.scenario import Goal, Rope, Scenario, Shape, load
+from lariat.scenario.goal_table import read_goal
+from lariat.scenario.scenario import MAX_NODES_FILE_SIZE
 from shared.messages import TaskRequest, goal_message
 from stack.client import connect
 from stack.live_goal import live_goal
@@ -22,6 +26,7 @@ def main(
     file: Annotated[Path | None, tyro.conf.Positional] = None,
     /,
     line: Coordinates | None = None,
+    scale: float = 1.0,
     json: bool = False,
     cell: CellOptions = LOCAL,
 ) -> int:
@@ -30,36 +35,45 @@ def main(
     Examples:
       lariat goal three-cylinders
       lariat goal shape.csv
+      lariat goal shape-in-millimetres.csv --scale 0.001
       lariat goal --line -0.17 0.15 0.22 0.17 0.15 0.24
 
     Args:
-        file: A scenario's file or short name (its goal is taken), or a CSV of x, y, z [m] in each
-            row, left end first.
+        file: A scenario's file or short name (its goal is taken), or a table of x, y, z [m] in
+            each row, left end first, as a spreadsheet or the page writes it.
         line: x, y, z of the left and of the right grip [m]; the rope hangs at rest between them.
+        scale: Factor of the table's numbers; 0.001 for millimetres.
         json: Answer with one JSON object on standard output.
         cell: Address of the stack.
     """
     if (file is None) == (line is None):
         raise ConfigurationError("give either a FILE or --line X Y Z X Y Z; see lariat goal --help")
-    scenario = _scenario(file, line)
-    scenario.grips(scenario.goal)  # Reads the goal's file: bad input ends here, before the bus.
+    # Bad input ends here, before the bus.
+    wanted = _goal(file, scale) if file else _between_grips(line)
     with connect(cell) as client:
-        state = client.request_task(
-            TaskRequest.SET_GOAL, goal=goal_message(live_goal(scenario, scenario.goal, client))
-        )
+        goal = wanted if isinstance(wanted, Goal) else live_goal(wanted, wanted.goal, client)
+        state = client.request_task(TaskRequest.SET_GOAL, goal=goal_message(goal))
+    count = len(state.goal.positions) // 3
+    if isinstance(wanted, Goal) and len(wanted.nodes) != count:
+        print(f"{len(wanted.nodes)} rows resampled to {count} nodes", file=sys.stderr)
     print_state(state, json)
     return 0
 
 
-def _scenario(file: Path | None, line: Coordinates | None) -> Scenario:
+def _goal(file: Path, scale: float) -> Goal | Scenario:
+    """Goal of a table, or the scenario whose goal is wanted."""
+    if file.suffix == ".toml" or not (file.suffix or file.is_file()):
+        if scale != 1.0:
+            raise ConfigurationError(f"--scale {scale:g} is that of a table; set goal.scale")
+        scenario = load(file)
+        scenario.grips(scenario.goal)
+        return scenario
+    with refusing(f"cannot read nodes {file}"):
+        return read_goal(read_file(file, MAX_NODES_FILE_SIZE), scale)
+
+
+def _between_grips(line: Coordinates | None) -> Scenario:
     """Scenario with the wanted goal; its other values are not used."""
-    named = file is not None and not file.suffix and not file.is_file()
-    if file and (named or file.suffix == ".toml"):
-        return load(file)
-    if file:
-        shape = Shape(nodes=file.name)
-    else:
-        assert line is not None
-        shape = Shape(line=(line[:3], line[3:]))
-    folder = file.parent if file else Path()
-    return Scenario("goal", Rope(length=1.0, diameter=0.01), start=shape, goal=shape, folder=folder)
+    assert line is not None
+    shape = Shape(line=(line[:3], line[3:]))
+    return Scenario("goal", Rope(length=1.0, diameter=0.01), start=shape, goal=shape)

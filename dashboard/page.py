@@ -110,7 +110,7 @@ class Page:
             self._goal_shortcuts = GoalShortcuts(gui, self._actions, outbox)
             self._saved_goals_folder = gui.add_folder("Saved goals", expand_by_default=False)
             with self._saved_goals_folder:
-                self._saved_goals = SavedGoals(gui, scenario, self._actions, outbox, self.notify)
+                self._saved_goals = SavedGoals(gui, scenario, self._actions, outbox)
         with gui.add_folder("Obstacles", expand_by_default=False, visible=live):
             self._obstacle_editor = ObstacleEditor(
                 server, scenario, self._actions, outbox, self.notify

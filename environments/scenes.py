@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
@@ -21,7 +20,7 @@ from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
 from lariat.scenario import Scenario, Shape
-from lariat.scenario.scenario import LEVEL_GRIP
+from lariat.scenario.goal_table import LEVEL_GRIP
 from lariat.scenario.sections import End, Ends, Event, Obstacle, Waypoint
 from lariat.simulation.plants.factory import build_plant, true_properties
 
@@ -71,14 +70,14 @@ class NoShapeFoundError(ValueError):
     """Raised when no shape was found among the obstacles of a scene."""
 
 
-def sample_scene(kind: Kind, number: int, seed: int, base: Scenario, folder: Path) -> Scenario:
+def sample_scene(kind: Kind, number: int, seed: int, base: Scenario) -> Scenario:
     """Return a scene, always the same for the same kind, number, seed, rope and plant.
 
     Raises:
         ValueError: No scene was found.
     """
     random = np.random.default_rng([seed, number])
-    base = replace(base, name=f"{kind}-{number}", folder=folder, seed=seed + number, events=())
+    base = replace(base, name=f"{kind}-{number}", seed=seed + number, events=())
     for _ in range(MAX_SCENE_SAMPLES):
         try:
             return _SAMPLERS[kind](_SceneSampler(base, random))
@@ -159,26 +158,18 @@ class _SceneSampler:
             right_orientation=_quadruple(shape.right.orientation),
         )
 
-    def by_nodes(self, shape: HeldShape, name: str, oriented: bool = False) -> Shape:
-        """Specify a shape by a file of its nodes, and its orientations if asked for."""
-        file = f"{self.base.name}-{name}.csv"
-        np.savetxt(self.base.folder / file, shape.nodes, delimiter=",")
-        specified = Shape(nodes=file)
+    def by_nodes(self, shape: HeldShape, oriented: bool = False) -> Shape:
+        """Specify a shape by its nodes, and its orientations if asked for."""
         if oriented:
-            held = self.by_grips(shape)
-            specified = replace(
-                specified,
-                left_orientation=held.left_orientation,
-                right_orientation=held.right_orientation,
-            )
-        return specified
+            return replace(self.by_grips(shape), nodes=shape.nodes)
+        return Shape(nodes=shape.nodes)
 
     def scenario(
         self, start: Shape, goal: HeldShape, oriented: bool = False, event: Event | None = None
     ) -> Scenario:
         """Return the scenario whose goal is given by the nodes of a shape."""
         events = () if event is None else (event,)
-        shape = self.by_nodes(goal, "goal", oriented)
+        shape = self.by_nodes(goal, oriented)
         return replace(self.base, start=start, goal=shape, events=events)
 
 
@@ -281,7 +272,7 @@ def _rotating(sampler: _SceneSampler) -> Scenario:
 def _shapes(sampler: _SceneSampler) -> Scenario:
     """Start and goal given by nodes only, as in published benchmarks."""
     sampler, start, goal = _turning(sampler)
-    return sampler.scenario(sampler.by_nodes(start, "start"), goal)
+    return sampler.scenario(sampler.by_nodes(start), goal)
 
 
 def _appearing(sampler: _SceneSampler) -> Scenario:
@@ -325,7 +316,7 @@ def _new_goal(sampler: _SceneSampler) -> Scenario:
     """The goal changes while the rope is on its way."""
     first = sampler.shape(*BOX_BEHIND)
     second = sampler.shape((-0.08, -0.20, 0.14), (0.08, 0.25, 0.36))
-    event = Event(float(sampler.random.uniform(0.5, 2.0)), goal=sampler.by_nodes(second, "second"))
+    event = Event(float(sampler.random.uniform(0.5, 2.0)), goal=sampler.by_nodes(second))
     return sampler.scenario(sampler.base.start, first, event=event)
 
 

@@ -6,9 +6,7 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, Literal, get_args
 
 import gymnasium
@@ -116,7 +114,6 @@ class ShapeControl(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         self._time_limit = time_limit
         self._observes_images = observation == "camera"
         self.render_mode = render_mode
-        self._folder = tempfile.TemporaryDirectory()
         self._scenarios: dict[int, Scenario] = {}
         self._camera: RgbdCamera | None = None
         self.rotates = scene in ROTATING_KINDS
@@ -174,10 +171,6 @@ class ShapeControl(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         """Return an image of the cell; None without a render mode."""
         return self._image().color if self.render_mode == "rgb_array" else None
 
-    def close(self) -> None:
-        """Remove the files of the scenes."""
-        self._folder.cleanup()
-
     @property
     def scenario(self) -> Scenario:
         """Scenario of the episode."""
@@ -190,9 +183,7 @@ class ShapeControl(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
 
     def _sampled(self, number: int) -> Scenario:
         if number not in self._scenarios:
-            self._scenarios[number] = sample_scene(
-                self._kind, number, self._scene_seed, self._base, Path(self._folder.name)
-            )
+            self._scenarios[number] = sample_scene(self._kind, number, self._scene_seed, self._base)
         return self._scenarios[number]
 
     def _measured(self) -> dict[str, Any]:

@@ -166,7 +166,9 @@ def _value(hint: Any, value: Any, key: str) -> Any:
         hint, bounds = get_args(hint)[:2]
     origin = get_origin(hint)
     if origin in (Union, types.UnionType):
-        (hint,) = [a for a in get_args(hint) if a is not type(None)]
+        kinds = [a for a in get_args(hint) if a is not type(None)]
+        # Where there is a choice, it is between a text and something else.
+        hint = next((a for a in kinds if (a is str) == isinstance(value, str)), kinds[0])
         return _value(Annotated[hint, bounds] if bounds else hint, value, key)
     if isinstance(bounds, Extensible):
         name = _scalar(str, None, value, key)

@@ -6,6 +6,7 @@ It covers the start, the goal and the goals of events; `lariat.scenario.load` ch
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float64
@@ -13,6 +14,9 @@ from jaxtyping import Float64
 from lariat.configuration import ConfigurationError
 from lariat.geometry import obstacles as geometry
 from lariat.scenario import Scenario, Shape
+
+if TYPE_CHECKING:
+    from lariat.control.run.goals import GoalFactory
 
 
 @dataclass(frozen=True)
@@ -31,13 +35,17 @@ def check(scenario: Scenario) -> dict[str, ShapeReport]:
     Raises:
         ConfigurationError: The rope at rest would touch an obstacle, or cannot take a shape.
     """
+    return {key: _report(scenario, key, shape) for key, shape in _shapes(scenario).items()}
+
+
+def _shapes(scenario: Scenario) -> dict[str, Shape]:
     shapes = {"start": scenario.start, "goal": scenario.goal}
     for index, shape in enumerate(scenario.next_goals):
         shapes[f"next_goals[{index}]"] = shape
     for index, event in enumerate(scenario.events):
         if event.goal:
             shapes[f"events[{index}].goal"] = event.goal
-    return {key: _report(scenario, key, shape) for key, shape in shapes.items()}
+    return shapes
 
 
 def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
@@ -56,7 +64,8 @@ def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
     nearest = min(clearances, key=lambda name: clearances[name])
     clearance = clearances[nearest]
     if clearance < 0.0:
-        subject = "the rope at rest between its grips" if hangs else f"nodes = {shape.nodes!r}"
+        given = f"nodes = {shape.file!r}" if shape.file else "its nodes"
+        subject = "the rope at rest between its grips" if hangs else given
         region = nearest in {body.name for body in scenario.regions}
         where, what = ("outside of region", "region") if region else ("inside obstacle", "obstacle")
         raise ConfigurationError(
@@ -66,19 +75,48 @@ def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
     return ShapeReport(clearance, nearest)
 
 
-def _at_rest(scenario: Scenario, key: str, shape: Shape) -> Float64[np.ndarray, "n 3"]:
+def rest_distances(scenario: Scenario) -> dict[str, float]:
+    """Return the distance of each goal that is given by nodes from a rest shape within reach.
+
+    It is the mean node distance [m] of the rest shape of the controller's rope that is nearest
+    among those that a local search over the grips finds; infinite where it finds none.
+    """
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
+    from lariat.geometry.obstacles import pack_supports
+    from lariat.rod.part_fit import fit_part
+
+    distances = {}
+    for key, shape in _shapes(scenario).items():
+        nodes = scenario.nodes(shape)
+        if key == "start" or nodes is None:
+            continue
+        goals = _goals(scenario)
+        grips = goals.feasible_grips(*scenario.grips(shape))
+        counted, supports = np.ones(len(nodes), dtype=bool), pack_supports(scenario.bodies)
+        try:
+            fit = fit_part(goals.rod, grips, scenario.moves, nodes, counted, shape.turns, supports)
+            distances[key] = fit.error
+        except ValueError:
+            distances[key] = np.inf
+    return distances
+
+
+def _goals(scenario: Scenario) -> GoalFactory:
     from lariat.control.run.goals import GoalFactory
     from lariat.rod import Rod
     from lariat.scenario.rod_properties import rod_properties
 
     rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
-    goals = GoalFactory(scenario, rod, scenario.grips(scenario.start))
+    return GoalFactory(scenario, rod, scenario.grips(scenario.start))
+
+
+def _at_rest(scenario: Scenario, key: str, shape: Shape) -> Float64[np.ndarray, "n 3"]:
+    goals = _goals(scenario)
     # An end that does not rotate keeps the orientation of the start.
     left, right = goals.feasible_grips(*scenario.grips(shape))
     try:
         if shape.part is not None:
             return goals.from_shape(shape).nodes
-        return rod.rest(left, right).state.positions
+        return goals.rod.rest(left, right).state.positions
     except ValueError as error:
         raise ConfigurationError(f"{key}: {error}") from error

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -105,10 +103,9 @@ class Trial:
 
 def run_trial(spec: TrialSpec) -> Trial:
     """Sample the scene and run it."""
-    with tempfile.TemporaryDirectory() as folder:
-        scenario = sample_scene(spec.kind, spec.number, spec.seed, spec.base, Path(folder))
-        metrics = MotionMetrics(scenario)
-        outcome = closed_loop.run(scenario, taps=(metrics,))
+    scenario = sample_scene(spec.kind, spec.number, spec.seed, spec.base)
+    metrics = MotionMetrics(scenario)
+    outcome = closed_loop.run(scenario, taps=(metrics,))
     scene = outcome.stack.latest(topics.SCENE_STATE)
     task = metrics.task
     step_ms = outcome.stack.step_ms("planner")

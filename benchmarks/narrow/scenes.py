@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
@@ -98,7 +97,6 @@ def sample_scene(
     number: int,
     seed: int,
     gap: float,
-    folder: Path,
     stiffness_error: float = 1.0,
     plant: PlantModel = "rod",
 ) -> WayScene:
@@ -109,7 +107,6 @@ def sample_scene(
         number: Number of the scene.
         seed: Seed of the scenes.
         gap: Width of its opening in rope diameters [-].
-        folder: Folder for the file of the goal's nodes.
         stiffness_error: True stiffness relative to the belief [-].
         plant: Simulator of the true rope in the run; Lariat's rod verifies the hidden way.
 
@@ -118,7 +115,6 @@ def sample_scene(
     """
     random = np.random.default_rng([seed, number, FAMILIES.index(family), round(10 * gap)])
     base = _base(f"{family}-{gap:g}-{number}", seed + number, stiffness_error)
-    base = replace(base, folder=folder)
     for _ in range(MAX_SAMPLES):
         scene = _attempt(base, family, gap, random)
         if scene is not None:
@@ -172,9 +168,7 @@ def _attempt(
         return None
     start, goal = (_shape(waypoints, k) for k in (0, -1))
     # The goal is the shape of the true rope: the believed one has another between the same grips.
-    file = f"{base.name}-goal.csv"
-    np.savetxt(base.folder / file, motion.nodes, delimiter=",")
-    goal = replace(goal, line=None, nodes=file)
+    goal = replace(goal, nodes=motion.nodes)
     return WayScene(
         replace(scenario, start=start, goal=goal), family, gap, motion.clearance, motion.nodes
     )

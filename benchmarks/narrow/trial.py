@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -92,21 +90,14 @@ def run_trial(spec: WaySpec) -> WayTrial:
     Raises:
         ValueError: The plant could not verify a hidden way.
     """
-    with TemporaryDirectory() as folder:
-        scene = sample_scene(
-            spec.family,
-            spec.number,
-            spec.seed,
-            spec.gap,
-            Path(folder),
-            spec.stiffness_error,
-            spec.plant,
-        )
-        scenario = scene.scenario
-        world, planner = MeasuredWorld(scenario), TimedPlanner(scenario)
-        outcome = closed_loop.run(
-            scenario, stop_after=TIME_AFTER_GOAL, members=_members(scenario, world, planner)
-        )
+    scene = sample_scene(
+        spec.family, spec.number, spec.seed, spec.gap, spec.stiffness_error, spec.plant
+    )
+    scenario = scene.scenario
+    world, planner = MeasuredWorld(scenario), TimedPlanner(scenario)
+    outcome = closed_loop.run(
+        scenario, stop_after=TIME_AFTER_GOAL, members=_members(scenario, world, planner)
+    )
     tip_error, tip_angle = tip_errors(world.nodes, scene.goal_nodes)
     return WayTrial(
         spec,

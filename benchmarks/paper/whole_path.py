@@ -6,10 +6,8 @@ All services run as in `lariat run`, and the arms keep their limits. The plant i
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +15,7 @@ from benchmarks.paper.closed_loop import PAPER_TIME_STEP
 from benchmarks.paper.goals import BASE_SCENARIO, START_GRIPS, Goal
 from benchmarks.paper.studies import NODE_COUNT
 from lariat.rod import Rod
-from lariat.scenario import Rope, Scenario, Shape, load
+from lariat.scenario import Rope, Shape, load
 from lariat.scenario.sections import Plant, PlantRope
 from lariat.scenario.shipped import find
 from stack.simulation import closed_loop
@@ -35,23 +33,19 @@ paper's."""
 def runs(rod: Rod, goals: Sequence[Goal], steps: int) -> Iterator[Score]:
     """Run to each goal and yield the scores."""
     base = load(find(BASE_SCENARIO))
-    with tempfile.TemporaryDirectory() as folder:
-        for k, goal in enumerate(goals):
-            file = f"goal-{k}.csv"
-            np.savetxt(Path(folder) / file, goal.nodes, delimiter=",")
-            scenario: Scenario = replace(
-                base,
-                name=f"paper-{k}",
-                folder=Path(folder),
-                rope=_rope(rod),
-                plant=Plant(model="rod", rope=PlantRope(node_count=rod.node_count)),
-                sensing=replace(base.sensing, source="truth"),
-                control=replace(base.control, clearance=PATH_CLEARANCE),
-                start=Shape(line=(tuple(START_GRIPS[0].tolist()), tuple(START_GRIPS[1].tolist()))),
-                goal=Shape(nodes=file),
-                run=replace(base.run, time_limit=steps * PAPER_TIME_STEP),
-            )
-            yield closed_loop.run(scenario).score
+    for k, goal in enumerate(goals):
+        scenario = replace(
+            base,
+            name=f"paper-{k}",
+            rope=_rope(rod),
+            plant=Plant(model="rod", rope=PlantRope(node_count=rod.node_count)),
+            sensing=replace(base.sensing, source="truth"),
+            control=replace(base.control, clearance=PATH_CLEARANCE),
+            start=Shape(line=(tuple(START_GRIPS[0].tolist()), tuple(START_GRIPS[1].tolist()))),
+            goal=Shape(nodes=goal.nodes),
+            run=replace(base.run, time_limit=steps * PAPER_TIME_STEP),
+        )
+        yield closed_loop.run(scenario).score
 
 
 def row(scores: Sequence[Score]) -> dict[str, float | str | int]:

@@ -11,7 +11,6 @@ from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
 from dashboard.controls.status_text import StatusLine
-from dashboard.editors import goal_file
 from dashboard.editors.counted_stretch import CountedStretch
 from dashboard.editors.grip_angles import grip_angles, grip_orientation
 from dashboard.editors.pull_handle import ARRIVED, PullHandle
@@ -20,6 +19,7 @@ from dashboard.scene.scene_view import SceneView
 from dashboard.uploads import Uploads
 from lariat.geometry.poses import Pose
 from lariat.scenario import SIDES, Goal, Scenario, Side
+from lariat.scenario.goal_table import read_goal
 from lariat.trajectory import SECOND
 from shared.messages import (
     GoalPreview,
@@ -33,6 +33,8 @@ DRAFT_PERIOD = SECOND // 20
 """Least time between two drafts of a goal that is being dragged [ns]."""
 FIELD_STEP = 0.5
 """Step of the fields [mm and degrees]; it also decides how many decimals they show."""
+UNITS = {"metres": 1.0, "millimetres": 1e-3}
+"""Units of a shape's table, and their sizes [m]."""
 GIZMO_SCALE = 0.25
 """Size of a gizmo, relative to the rope's length [-]."""
 
@@ -110,13 +112,14 @@ class GoalEditor:
             "Load shape (CSV)",
             icon=viser.Icon.UPLOAD,
             color=palette.NEUTRAL,
-            hint="x, y, z [m] in each row, from the left end to the right",
+            hint="x, y, z in each row, from the left end to the right, as a spreadsheet writes it",
         )
+        unit = gui.add_dropdown("Shape in", tuple(UNITS), hint="Unit of the numbers of its table")
         self._upload.on_upload(
             lambda event: uploads.take(
                 event.target.value,
                 "a goal",
-                lambda content: goal_file.parse(content, scenario),
+                partial(read_goal, scale=UNITS[unit.value]),
                 partial(self._request_file, event.target.value.name),
             )
         )

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.scenario.scenario import LEVEL_GRIP
+from lariat.scenario.goal_table import LEVEL_GRIP
 
 MIN_HORIZONTAL = 1e-9
 """Horizontal part of the rope's direction below which it counts as vertical [-]; its yaw is then

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
 import viser
 
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
-from dashboard.editors.goal_file import fitting_nodes
-from dashboard.outbox import Notification, Outbox
+from dashboard.outbox import Outbox
 from lariat.scenario import Scenario
-from shared.goal_table import goal_table
+from lariat.scenario.goal_table import goal_table
 from shared.messages import (
     GoalList,
     GoalListRequest,
@@ -36,11 +33,10 @@ class SavedGoals:
         scenario: Scenario,
         actions: ActionQueue,
         outbox: Outbox,
-        notify: Callable[[Notification], None],
     ) -> None:
         """Add the elements to the page."""
         self._scenario, self._actions = scenario, actions
-        self._outbox, self._notify = outbox, notify
+        self._outbox = outbox
         self._goals: dict[str, SavedGoal] = {}
         self._labels: dict[str, str] = {}
         """Names of the goals by the options of the list."""
@@ -110,11 +106,6 @@ class SavedGoals:
         if not (name := self._chosen):
             return
         goal = goal_of(self._goals[name].goal)
-        try:
-            goal = replace(goal, nodes=fitting_nodes(goal.nodes, self._scenario))
-        except ValueError as error:
-            self._notify(Notification(f"{name}: not a goal of this rope", str(error)))
-            return
         self._outbox.request_task(TaskRequest.SET_GOAL, f"Goal {name}", goal=goal)
 
     def _request_save(self) -> None:
@@ -125,7 +116,8 @@ class SavedGoals:
 
     def _send(self, client: viser.ClientHandle | None) -> None:
         if client is not None and (name := self._chosen):
-            text = goal_table(self._goals[name])
+            saved = self._goals[name]
+            text = goal_table(goal_of(saved.goal), name, saved.scenario)
             client.send_file_download(f"{name}.csv", text.encode(), save_immediately=True)
 
     def _ask_delete(self, client: viser.ClientHandle | None) -> None:

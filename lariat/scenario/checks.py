@@ -9,6 +9,7 @@ from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
 from lariat.geometry.obstacle_checks import MAX_OBSTACLES
 from lariat.scenario.cameras import check_cameras
+from lariat.scenario.goal_table import length_fault
 from lariat.scenario.scenario import MAX_LENGTH_ERROR, Scenario
 from lariat.scenario.sections import SIDES, Shape, Side
 
@@ -92,11 +93,8 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
             f"(limit {scenario.limits.overstretch} of it); bring them closer"
         )
     nodes = scenario.nodes(shape)
-    if nodes is not None and abs(polylines.length(nodes) - length) > MAX_LENGTH_ERROR * length:
-        raise ConfigurationError(
-            f"{key}.nodes = {shape.nodes!r} is {polylines.length(nodes):.4f} m long, the rope "
-            f"{length} m; scale the shape or correct rope.length"
-        )
+    if nodes is not None and (fault := length_fault(nodes, length, MAX_LENGTH_ERROR)):
+        raise ConfigurationError(f"{key}.nodes{f' = {shape.file!r}' * bool(shape.file)} is {fault}")
     points = np.array([left.position, right.position]) if nodes is None else nodes
     part = scenario.part_nodes(shape)
     if shape.part is not None:

@@ -74,7 +74,7 @@ def _section(hint: Any) -> type | None:
 def _takes(hint: Any) -> str:
     bounds = None
     if get_origin(hint) in (Union, types.UnionType):
-        (hint,) = [a for a in get_args(hint) if a is not type(None)]
+        return " or ".join(_takes(a) for a in get_args(hint) if a is not type(None))
     if get_origin(hint) is Annotated:
         hint, bounds = get_args(hint)[:2]
     if get_origin(hint) in (Union, types.UnionType):

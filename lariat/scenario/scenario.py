@@ -18,6 +18,7 @@ from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.geometry.poses import Pose
 from lariat.scenario.cameras import CameraSetup, PlacedCamera, camera_setups
 from lariat.scenario.distractors import Distractor
+from lariat.scenario.goal_table import checked_nodes, grip_orientation, read_nodes
 from lariat.scenario.sections import (
     SIDES,
     Control,
@@ -27,7 +28,6 @@ from lariat.scenario.sections import (
     Limits,
     Obstacle,
     Plant,
-    Quaternion,
     Recording,
     Region,
     Rope,
@@ -47,14 +47,10 @@ CUT_REFINEMENT = 4
 """Nodes into which each node of a whole rope's shape is resampled before a part is cut out [-]."""
 MAX_NAME_LENGTH = 100
 """Largest number of characters of a scenario's name, which names its recordings."""
-MAX_COORDINATE = 100.0
-"""Largest coordinate of a node in a file [m]."""
 PLANT_EDGES = 3
 """Edges of the simulated rope for each edge of the controller's, by default [-]."""
 LIVE_PLANT_EDGES = {"rod": 3, "mujoco": 2, "links": 1}
 """The same in a live stack by `plant.model`: what two cores simulate in real time [-]."""
-LEVEL_GRIP = np.array([0.5, 0.5, 0.5, 0.5])
-"""Orientation of a grip that points along the world's x: grip x, y, z are world y, z, x."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +102,7 @@ class Scenario:
     @property
     def shape_files(self) -> tuple[str, ...]:
         """Names of the CSV files of all its shapes, each once."""
-        return tuple(dict.fromkeys(shape.nodes for shape in _shapes_of(self) if shape.nodes))
+        return tuple(dict.fromkeys(shape.file for shape in _shapes_of(self) if shape.file))
 
     @property
     def bodies(self) -> tuple[geometry.Obstacle, ...]:
@@ -189,7 +185,7 @@ class Scenario:
         """
         if not shape.nodes or shape.part is not None:
             return None
-        return polylines.resample_smooth(_chain(self.folder, shape.nodes), self.rope.node_count)
+        return polylines.resample_smooth(_chain(self.folder, shape), self.rope.node_count)
 
     def part_nodes(self, shape: Shape) -> Float64[np.ndarray, "m 3"] | None:
         """Return the nodes of a shape of a part of the rope [m], as its file has them.
@@ -204,7 +200,7 @@ class Scenario:
         """
         if not shape.leaves_grips_open or shape.part is None:
             return None
-        nodes = _chain(self.folder, shape.nodes)
+        nodes = _chain(self.folder, shape)
         fine = polylines.resample_smooth(nodes, CUT_REFINEMENT * len(nodes))
         scale = polylines.length(fine) / self.rope.length
         if abs(scale - 1.0) > MAX_LENGTH_ERROR:
@@ -214,8 +210,7 @@ class Scenario:
     def grips(self, shape: Shape) -> tuple[Pose, Pose]:
         """Return the left and the right grip pose of a shape, z along the rope from left to right.
 
-        A default orientation points along the rope: `LEVEL_GRIP` with the least rotation that
-        turns its z to the rope's direction. The nodes of a part of the rope do not tell the
+        A default orientation points along the rope. The nodes of a part of the rope do not tell the
         grips: those of the start stand in their place.
 
         Raises:
@@ -227,12 +222,12 @@ class Scenario:
             left, right = np.array(shape.line)
             first = last = poses.normalized(right - left)
         else:
-            nodes = _chain(self.folder, shape.nodes)
+            nodes = _chain(self.folder, shape)
             left, right = nodes[0], nodes[-1]
             first, last = polylines.end_tangents(nodes)
         return (
-            Pose(left, _orientation(shape.left_orientation, first)),
-            Pose(right, _orientation(shape.right_orientation, last)),
+            Pose(left, grip_orientation(first, shape.left_orientation)),
+            Pose(right, grip_orientation(last, shape.right_orientation)),
         )
 
 
@@ -248,27 +243,12 @@ def _shapes_of(value: Any) -> Iterator[Shape]:
             yield from _shapes_of(item)
 
 
-def _orientation(given: Quaternion | None, direction: np.ndarray) -> Float64[np.ndarray, "4"]:
-    if given is not None:
-        return poses.normalized(np.array(given))
-    return poses.multiply(poses.rotation_between(np.array([1.0, 0.0, 0.0]), direction), LEVEL_GRIP)
-
-
-def _chain(folder: Path, name: str) -> Float64[np.ndarray, "n 3"]:
-    path = folder / name
+def _chain(folder: Path, shape: Shape) -> Float64[np.ndarray, "n 3"]:
     try:
-        text = read_file(path_inside(folder, name), MAX_NODES_FILE_SIZE).decode()
-        nodes = np.loadtxt(text.splitlines(), delimiter=",", comments="#", ndmin=2)
+        if not shape.file:
+            return checked_nodes(shape.scale * np.array(shape.nodes))
+        path = path_inside(folder, shape.file)
+        return read_nodes(read_file(path, MAX_NODES_FILE_SIZE), shape.scale)
     except (OSError, ValueError) as error:
-        raise ConfigurationError(f"cannot read nodes {path}: {error}") from error
-    if nodes.ndim != 2 or nodes.shape[1] != 3 or len(nodes) < 3:
-        raise ConfigurationError(
-            f"{path} has shape {nodes.shape}; give at least 3 rows of x, y, z [m]"
-        )
-    if not np.max(np.abs(nodes)) <= MAX_COORDINATE:
-        raise ConfigurationError(
-            f"{path} has a number that is not finite, or beyond ±{MAX_COORDINATE:g} m"
-        )
-    if polylines.length(nodes) <= 0.0:
-        raise ConfigurationError(f"all nodes of {path} are the same point")
-    return nodes
+        name = folder / shape.file if shape.file else f"of {len(shape.nodes)} rows"
+        raise ConfigurationError(f"cannot read nodes {name}: {error}") from error

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float64
 
 from lariat.configuration import ConfigurationError
 from lariat.geometry import polylines
@@ -39,8 +40,6 @@ STATES = (
     topics.SCENE_MOTION,
 )
 """Topics that describe a moment."""
-START_FILE, GOAL_FILE = "moment-start.csv", "moment-goal.csv"
-"""Files of the rope's nodes at the moment, and of the goal's."""
 
 
 def scenario_at(recording: Recording, folder: Path, seconds: float) -> Scenario:
@@ -67,19 +66,18 @@ def scenario_at(recording: Recording, folder: Path, seconds: float) -> Scenario:
         raise ConfigurationError(
             f"--from {seconds:g}: rope, arms or task were not known yet; choose a later moment"
         )
-    np.savetxt(folder / START_FILE, chain(rope.positions), delimiter=",", fmt="%.6f")
     goal = goal_of(task.goal)
-    counted = goal.counted
-    np.savetxt(folder / GOAL_FILE, goal.nodes[counted], delimiter=",", fmt="%.6f")
+    counted, nodes = goal.counted, goal.nodes[goal.counted]
     if goal.part is not None:
         begin, end = polylines.arc_lengths(goal.nodes)[counted][[0, -1]].tolist()
         goal = replace(goal, part=(begin, end))
-    start: dict[str, Any] = {"nodes": START_FILE, "turns": float(round(task.turns))}
+    rows = _rows(chain(rope.positions))
+    start: dict[str, Any] = {"nodes": rows, "turns": float(round(task.turns))}
     for side in SIDES:
         start[f"{side}_orientation"] = numbers(arm_pose(arms, side).orientation)
     settings = [
         f"start={inline(start)}",
-        f"goal={inline(goal.entry(SIDES, GOAL_FILE))}",
+        f"goal={inline(goal.entry(SIDES, _rows(nodes)))}",
         "events=[]",
     ]
     scene = newest.get(topics.SCENE_STATE.key)
@@ -95,6 +93,10 @@ def scenario_at(recording: Recording, folder: Path, seconds: float) -> Scenario:
         bodies = [obstacle_entry(b) for b in present if b.name not in table]
         settings.append(f"obstacles={inline(bodies)}")
     return with_settings(scenario, settings)
+
+
+def _rows(nodes: Float64[np.ndarray, "n 3"]) -> list[list[float]]:
+    return [numbers(node) for node in nodes]
 
 
 def _newest(recording: Recording, seconds: float) -> tuple[dict[str, Any], int, int]:

@@ -12,7 +12,9 @@ from lariat.planning.moving_obstacles import Departure
 from lariat.planning.problem import Problem
 from lariat.planning.shorter_path import stay
 from lariat.scenario import Scenario
+from lariat.scenario.entries import inline
 from stack.scenario_overrides import load_with
+from stack.simulation.rest_shape import rest_shape
 
 
 def test_a_plan_is_part_of_the_check(capsys: pytest.CaptureFixture[str]) -> None:
@@ -21,6 +23,20 @@ def test_a_plan_is_part_of_the_check(capsys: pytest.CaptureFixture[str]) -> None
     assert found["reached"]
     assert found["clearance_mm"] > 7.0
     assert found["final_error_mm"] < 0.5
+
+
+def test_check_tells_how_far_a_goal_is_from_a_rest_shape(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    rest = rest_shape(load_with(Path("three-cylinders"), ["plant.model=rod"]))
+    wave = 0.02 * np.sin(np.linspace(0.0, 2.0 * np.pi, len(rest)))
+    distances = []
+    for shape in (rest, rest + wave[:, None] * [0.0, 1.0, 0.0]):
+        goal = f"goal={{nodes={inline(shape.tolist())}}}"
+        assert check.main(Path("three-cylinders"), json=True, set=(goal,)) == 0
+        distances.append(json.loads(capsys.readouterr().out)["rest_distance_mm"]["goal"])
+    assert distances[0] < 0.1
+    assert 5.0 < distances[1] < 8.0
 
 
 def test_alternatives_are_listed(capsys: pytest.CaptureFixture[str]) -> None:

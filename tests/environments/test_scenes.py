@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from environments.scenes import KINDS, Kind, sample_scene
@@ -12,16 +10,16 @@ from lariat.scenario.shipped import find
 BASE = load(find("three-cylinders"))
 
 
-def test_scene_is_the_same_for_the_same_number(tmp_path: Path) -> None:
-    one, same, other = (sample_scene("boxes", k, 3, BASE, tmp_path) for k in (5, 5, 6))
+def test_scene_is_the_same_for_the_same_number() -> None:
+    one, same, other = (sample_scene("boxes", k, 3, BASE) for k in (5, 5, 6))
     assert one == same
     assert one.nodes(one.goal) is not None
     assert one.obstacles != other.obstacles
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_goal_keeps_clear_of_the_obstacles(kind: Kind, tmp_path: Path) -> None:
-    scene = sample_scene(kind, 1, 0, BASE, tmp_path)
+def test_goal_keeps_clear_of_the_obstacles(kind: Kind) -> None:
+    scene = sample_scene(kind, 1, 0, BASE)
     goal = scene.part_nodes(scene.goal) if kind == "part" else scene.nodes(scene.goal)
     assert goal is not None
     assert chain_clearance(goal, scene.rope.diameter / 2.0, scene.bodies) > 0.01

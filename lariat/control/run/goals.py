@@ -16,6 +16,8 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, add_turns
 from lariat.rod.part_fit import fit_part, part_points
 from lariat.scenario import SIDES, Goal, Scenario, Shape
+from lariat.scenario.checks import check_part
+from lariat.scenario.goal_table import length_fault
 from lariat.scenario.sections import MIN_PART_NODES
 
 MAX_LENGTH_ERROR = 0.03
@@ -224,9 +226,15 @@ class GoalFactory:
                 f"the goal has {goal.turns:g} turns of twist; give whole turns, and the rest as "
                 "the orientation of an end"
             )
-        length = polylines.length(goal.nodes)
-        if abs(length - rope.length) > MAX_LENGTH_ERROR * rope.length:
-            raise RequestRefused(f"the goal is {length:.4f} m long, the rope {rope.length} m")
+        if fault := length_fault(goal.nodes, rope.length, MAX_LENGTH_ERROR):
+            raise RequestRefused(f"the goal is {fault}")
+        if goal.part is not None:
+            try:
+                check_part(scenario, "goal", goal.part)
+            except ValueError as error:
+                raise RequestRefused(str(error)) from error
+            if (held := int(np.sum(goal.counted))) < MIN_PART_NODES:
+                raise RequestRefused(_too_few_nodes(goal.part, held))
         distance = float(np.linalg.norm(goal.right.position - goal.left.position))
         if distance > limits.overstretch * rope.length:
             raise RequestRefused(

@@ -60,15 +60,23 @@ class Shape(GoalTerms):
 
     line: tuple[Position, Position] | None = None
     """Positions of the left and the right grip; the rope rests between them."""
-    nodes: str = ""
-    """CSV file in the scenario's folder: rows x, y, z [m], left end first."""
+    nodes: str | tuple[Position, ...] = ""
+    """Rows x, y, z [m], left end first: themselves, or the name of their CSV file in the scenario's
+    folder. In Python an array, which takes the place of `line`."""
+    scale: Annotated[float, Bounds(1e-6, 1e6)] = 1.0
+    """Factor of the numbers of `nodes`; 0.001 for millimetres."""
     left_orientation: Quaternion | None = None
     """Orientation of the left grip; by default along the rope."""
     right_orientation: Quaternion | None = None
     """Orientation of the right grip; by default along the rope."""
 
     def __post_init__(self) -> None:
-        if (self.line is None) == (self.nodes == ""):
+        if isinstance(self.nodes, np.ndarray):
+            if self.nodes.ndim != 2 or self.nodes.shape[1] != 3:
+                raise ValueError(f"nodes have shape {self.nodes.shape}; give rows of x, y, z [m]")
+            object.__setattr__(self, "nodes", tuple(map(tuple, self.nodes.astype(float).tolist())))
+            object.__setattr__(self, "line", None)
+        if (self.line is None) == (not self.nodes):
             raise ValueError("give either line = [[x, y, z], [x, y, z]] or nodes = 'FILE.csv'")
         if self.ends_only and self.line is None:
             raise ValueError("ends_only goes with line, the positions of both ends")
@@ -79,7 +87,12 @@ class Shape(GoalTerms):
     @property
     def leaves_grips_open(self) -> bool:
         """Whether it gives the nodes of a part only, which do not tell the grips."""
-        return self.part is not None and self.nodes != ""
+        return self.part is not None and bool(self.nodes)
+
+    @property
+    def file(self) -> str:
+        """Name of the CSV file with the nodes; empty where there is none."""
+        return self.nodes if isinstance(self.nodes, str) else ""
 
 
 @dataclass(frozen=True)
@@ -144,15 +157,17 @@ class Goal(GoalTerms):
         """Return the nodes of the goal [m], of which those that do not count are a shape's."""
         return np.where(self.counted[:, None], self.nodes, shape)
 
-    def entry(self, oriented: Sequence[Side], file: str = "") -> dict[str, Any]:
+    def entry(
+        self, oriented: Sequence[Side], nodes: str | list[list[float]] = ""
+    ) -> dict[str, Any]:
         """Return the `[goal]` of a scenario file, to which `Shape` is the way back.
 
         Args:
             oriented: Sides whose orientations it gives.
-            file: Name of the table with the nodes; without one, the grips give the shape.
+            nodes: The nodes, or the name of their table; without them, the grips give the shape.
         """
         line = [numbers(grip.position) for grip in self.grips]
-        table: dict[str, Any] = {"line": line} if self.ends_only or not file else {"nodes": file}
+        table: dict[str, Any] = {"line": line} if self.ends_only or not nodes else {"nodes": nodes}
         for term in fields(GoalTerms):
             value = getattr(self, term.name)
             if value != term.default:

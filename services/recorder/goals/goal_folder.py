@@ -1,8 +1,7 @@
 """Goals as files: two for each, in a folder beside the recordings.
 
 `NAME.json` holds the whole goal, and `NAME.csv` its nodes below the `goal` of a scenario that it
-makes ([shared/goal_table.py](../../../shared/goal_table.py)), which "Load shape"
-reads too.
+makes ([goal_table.py](../../../lariat/scenario/goal_table.py)), which "Load shape" reads too.
 """
 
 from __future__ import annotations
@@ -14,10 +13,10 @@ from pathlib import Path
 from google.protobuf.json_format import MessageToJson, Parse
 
 from lariat.files.bounded_file import read_file
+from lariat.scenario.goal_table import goal_table
 from services.recorder.private_folder import make_folder
 from shared.door import Door
-from shared.goal_table import goal_table
-from shared.messages import Goal, SavedGoal
+from shared.messages import Goal, SavedGoal, goal_of
 from shared.messages.checks.task import check_goal
 
 FOLDER = "goals"
@@ -82,7 +81,7 @@ class GoalFolder:
         saved = SavedGoal(name=name, scenario=scenario, goal=goal)
         make_folder(self._recordings)
         make_folder(self._folder)
-        (self._folder / f"{name}.csv").write_text(goal_table(saved))
+        (self._folder / f"{name}.csv").write_text(goal_table(goal_of(goal), name, scenario))
         path = self._folder / f"{name}.json"
         part = path.with_suffix(".part")
         part.write_text(MessageToJson(saved, preserving_proto_field_name=True))

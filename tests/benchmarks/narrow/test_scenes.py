@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -9,8 +7,8 @@ from benchmarks.narrow.scenes import CLEARANCE, WayScene, sample_scene
 
 
 @pytest.fixture(scope="module")
-def scene(tmp_path_factory: pytest.TempPathFactory) -> WayScene:
-    return sample_scene("posts", 0, 0, 3.0, tmp_path_factory.mktemp("goal"))
+def scene() -> WayScene:
+    return sample_scene("posts", 0, 0, 3.0)
 
 
 def test_the_plant_has_verified_the_hidden_way(scene: WayScene) -> None:
@@ -38,10 +36,8 @@ def test_the_goal_is_the_shape_of_the_true_rope(scene: WayScene) -> None:
     np.testing.assert_allclose(nodes[[0, -1]], scene.goal_nodes[[0, -1]], atol=1e-9)
 
 
-def test_the_same_number_gives_the_same_scene_whatever_is_believed(
-    scene: WayScene, tmp_path: Path
-) -> None:
-    again = sample_scene("posts", 0, 0, 3.0, tmp_path, 1.5, "mujoco")
+def test_the_same_number_gives_the_same_scene_whatever_is_believed(scene: WayScene) -> None:
+    again = sample_scene("posts", 0, 0, 3.0, 1.5, "mujoco")
     assert again.scenario.obstacles == scene.scenario.obstacles
     np.testing.assert_array_equal(again.goal_nodes, scene.goal_nodes)
     believed, true = again.scenario.rope, again.scenario.plant_rope

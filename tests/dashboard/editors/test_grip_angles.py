@@ -7,7 +7,7 @@ import pytest
 
 from dashboard.editors.grip_angles import grip_angles, grip_orientation
 from lariat.geometry import poses
-from lariat.scenario.scenario import LEVEL_GRIP
+from lariat.scenario.goal_table import LEVEL_GRIP
 
 Z = np.array([0.0, 0.0, 1.0])
 

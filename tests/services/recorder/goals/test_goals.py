@@ -10,11 +10,11 @@ import pytest
 
 from lariat.geometry.poses import Pose
 from lariat.scenario import Shape, load
+from lariat.scenario.goal_table import read_entry
 from lariat.trajectory import SECOND
 from services.recorder.goals.goal_folder import MAX_GOALS
 from services.recorder.goals.goals import Goals
 from shared.door import Door
-from shared.goal_table import read_entry
 from shared.messages import Goal, GoalList, GoalListRequest, grip
 
 SCENARIO = load("three-cylinders")

@@ -32,7 +32,7 @@ from benchmarks.faults.doors import hostile_files, hostile_requests, second_stac
 from benchmarks.faults.machines import ROBOT, cable, on_second_machine
 from benchmarks.live_stack import LiveStack
 from benchmarks.operator import DeadlineMissed, Operator
-from benchmarks.result_block import report
+from benchmarks.tables import report
 from lariat.configuration import ConfigurationError
 from lariat.scenario.shipped import find
 from shared import bus as buses

@@ -17,7 +17,7 @@ from benchmarks.faults.cases import CASES
 from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
 from benchmarks.faults.fault_trial import FaultResult, Phase, run_trial
 from benchmarks.operator import DeadlineMissed
-from benchmarks.result_block import report
+from benchmarks.tables import report
 from lariat.configuration import ConfigurationError
 from lariat.scenario import load
 from lariat.scenario.shipped import find

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.result_block import report
+from benchmarks.tables import report
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import SIDES, Scenario, load
 from lariat.scenario.shipped import find

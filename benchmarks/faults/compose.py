@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.campaign import Campaign
-from benchmarks.result_block import report
+from benchmarks.tables import report
 from lariat.configuration import ConfigurationError
 from lariat.scenario.shipped import shipped_names
 

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.operator import DeadlineMissed, Operator
-from benchmarks.result_block import report
+from benchmarks.tables import report
 from lariat.configuration import ConfigurationError
 from lariat.scenario.shipped import find
 from shared import bus as buses

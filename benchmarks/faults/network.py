@@ -7,10 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.campaign import Campaign
+from benchmarks.campaign import Campaign, Workers
 from benchmarks.faults.clock_offsets import CLOCK_OFFSETS, with_clock_offsets
-from benchmarks.result_block import report
-from benchmarks.worker_pool import Workers
+from benchmarks.tables import report
 from lariat.configuration import ConfigurationError
 from lariat.scenario import load
 from lariat.trajectory import SECOND, MotionLimits

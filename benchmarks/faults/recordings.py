@@ -15,7 +15,7 @@ from pathlib import Path
 from benchmarks.child_processes import child_processes
 from benchmarks.live_stack import LiveStack
 from benchmarks.operator import POLL_PERIOD, Operator
-from benchmarks.result_block import report
+from benchmarks.tables import report
 from lariat.configuration import ConfigurationError
 from lariat.scenario.shipped import find
 from lariat.trajectory import SECOND

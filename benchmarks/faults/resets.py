@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.campaign import Campaign
+from benchmarks.campaign import Campaign, Workers
 from benchmarks.repeated_runs import RepeatedRuns
 from benchmarks.result_block import find_block, report
-from benchmarks.worker_pool import Workers
 from lariat.scenario.shipped import shipped_names
 from lariat.trajectory import SECOND
 from shared import topics

@@ -16,11 +16,10 @@ from typing import Literal
 from rich.markup import escape
 from rich.table import Table
 
-from benchmarks.campaign import Campaign
+from benchmarks.campaign import Campaign, Workers
 from benchmarks.goals import campaign
 from benchmarks.goals.campaign import Trial, TrialSpec, run_trial
 from benchmarks.result_block import find_block, show
-from benchmarks.worker_pool import Workers
 from environments.scenes import Kind
 from lariat.configuration import ConfigurationError
 from lariat.scenario import Scenario, load

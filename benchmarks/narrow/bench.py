@@ -12,7 +12,7 @@ import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
-from benchmarks.campaign import Campaign, success_interval
+from benchmarks.campaign import Campaign, Workers, success_interval
 from benchmarks.narrow.scenes import FAMILIES, GAPS, Family, PlantModel
 from benchmarks.narrow.trial import (
     MAX_SHAPE_ERROR,
@@ -23,7 +23,6 @@ from benchmarks.narrow.trial import (
     run_trial,
 )
 from benchmarks.result_block import find_block, show
-from benchmarks.worker_pool import Workers
 
 
 def run(

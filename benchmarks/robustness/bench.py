@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from benchmarks.campaign import Campaign
+from benchmarks.campaign import Campaign, Workers
 from benchmarks.robustness.combinations import Combination, sample
 from benchmarks.robustness.tables import write_table
 from benchmarks.robustness.trial import (
@@ -28,7 +28,6 @@ from benchmarks.robustness.trial import (
     Trial,
     run_trial,
 )
-from benchmarks.worker_pool import Workers
 from lariat.configuration import ConfigurationError
 
 

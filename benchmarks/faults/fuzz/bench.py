@@ -11,10 +11,9 @@ from pathlib import Path
 import psutil
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
-from benchmarks.campaign import Campaign
+from benchmarks.campaign import Campaign, Workers
 from benchmarks.faults.fuzz import targets as kinds
-from benchmarks.result_block import report
-from benchmarks.worker_pool import Workers
+from benchmarks.tables import report
 from lariat.configuration import ConfigurationError
 
 SERVICES = ("robot_gateway", "controller", "planner", "perception", "sim", "recorder", "dashboard")

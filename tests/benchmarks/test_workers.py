@@ -1,10 +1,11 @@
-"""Campaigns on a Dask cluster: a scheduler and workers as processes of their own."""
+"""Workers of a campaign: processes that end with it, and those of a Dask cluster."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -12,11 +13,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import worker_pool
+from benchmarks import campaign
+from benchmarks.campaign import compute
 from lariat.configuration import ConfigurationError
 from lariat.rod import Rod, RodProperties, RolloutSpec
 
-ROOT = str(Path(worker_pool.__file__).parents[1])
+ROOT = str(Path(campaign.__file__).parents[1])
+
+PROGRAM = """
+import sys
+from benchmarks.campaign import compute
+from tests.benchmarks.test_workers import wait
+if __name__ == "__main__":
+    for _ in compute(wait, [sys.argv[1]] * 2, 2):
+        pass
+"""
+
+
+def wait(folder: str) -> None:
+    """Name this process in a folder and compute for a minute."""
+    Path(folder, str(os.getpid())).touch()
+    time.sleep(60.0)
 
 
 def last_positions(seed: int) -> bytes:
@@ -84,9 +101,9 @@ def test_results_of_a_cluster_are_those_of_one_process(
 ) -> None:
     add_worker(2)
     seeds = list(range(6))
-    found = dict(worker_pool.compute(last_positions, seeds, scheduler))
-    assert found == dict(worker_pool.compute(last_positions, seeds, 1))
-    processes = {p for _, p in worker_pool.compute(process_id, seeds, scheduler)}
+    found = dict(compute(last_positions, seeds, scheduler))
+    assert found == dict(compute(last_positions, seeds, 1))
+    processes = {p for _, p in compute(process_id, seeds, scheduler)}
     assert os.getpid() not in processes
 
 
@@ -94,16 +111,48 @@ def test_cluster_that_cannot_compute_the_same_is_refused(
     scheduler: str, add_worker: Callable[..., None]
 ) -> None:
     with pytest.raises(ConfigurationError, match="the scheduler has none"):
-        list(worker_pool.compute(process_id, [0], scheduler))
+        list(compute(process_id, [0], scheduler))
     add_worker(1, threads=2)
     with pytest.raises(ConfigurationError, match="has 2 threads"):
-        list(worker_pool.compute(process_id, [0], scheduler))
+        list(compute(process_id, [0], scheduler))
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "two"])
 def test_scheduler_that_does_not_answer_is_named(
     address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("benchmarks.cluster.CONNECTION_TIMEOUT", 0.5)
+    monkeypatch.setattr("benchmarks.campaign.CONNECTION_TIMEOUT", 0.5)
     with pytest.raises(ConfigurationError, match=f"workers '{address}': no Dask scheduler"):
-        list(worker_pool.compute(process_id, [0], address))
+        list(compute(process_id, [0], address))
+
+
+def _runs(pid: int) -> bool:
+    try:
+        return "State:\tZ" not in Path(f"/proc/{pid}/status").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def _comes(condition: Callable[[], bool], timeout: float) -> bool:
+    deadline = time.monotonic() + timeout
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    return condition()
+
+
+def test_workers_end_where_their_campaign_is_killed(tmp_path: Path) -> None:
+    folder = tmp_path / "workers"
+    folder.mkdir()
+    script = tmp_path / "campaign.py"
+    script.write_text(PROGRAM)
+    running = subprocess.Popen(
+        [sys.executable, str(script), str(folder)], env={**os.environ, "PYTHONPATH": ROOT}
+    )
+    try:
+        assert _comes(lambda: len(list(folder.iterdir())) == 2, 60.0)
+        workers = [int(file.name) for file in folder.iterdir()]
+        assert all(map(_runs, workers))
+    finally:
+        running.kill()
+        running.wait()
+    assert _comes(lambda: not any(map(_runs, workers)), 20.0)

@@ -1,0 +1,122 @@
+"""Results of benches: tables on the terminal, one JSON object, or CSV files."""
+
+from __future__ import annotations
+
+import csv
+import json as encoder
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, is_dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from lariat.configuration import ConfigurationError
+
+REPORT_WIDTH = 200
+"""Width of a table that no terminal shows [characters]."""
+
+
+class Result(NamedTuple):
+    """Table of a bench; its columns are the names of the rows, in the order of their appearance."""
+
+    name: str
+    """Name in JSON, of the CSV file, and above the table."""
+    rows: Sequence[Any]
+    """Dataclasses, whose specification `spec` is spread out, or dictionaries."""
+    conditions: str = ""
+    """Text below the table: plant, sensing, adaptation, meaning of columns."""
+
+
+def publish(
+    results: Sequence[Result],
+    json: bool = False,
+    output: Path | None = None,
+    details: Sequence[Result] = (),
+) -> None:
+    """Print tables, or one JSON object that holds the rows of each by its name.
+
+    Args:
+        results: Tables.
+        json: Whether to print JSON.
+        output: Folder, in which each table is written to NAME.csv.
+        details: Tables for JSON and CSV alone, such as every trial of a campaign.
+
+    Raises:
+        ConfigurationError: The folder cannot be written.
+    """
+    everything = {result.name: [_plain(row) for row in result.rows] for result in results}
+    everything |= {result.name: [_plain(row) for row in result.rows] for result in details}
+    if output:
+        for name, rows in everything.items():
+            _write_csv(output / f"{name}.csv", rows)
+    if json:
+        print(encoder.dumps(everything))
+        return
+    console = Console(width=None if sys.stdout.isatty() else REPORT_WIDTH)
+    for result in results:
+        console.print(_table(result, everything[result.name]))
+
+
+def report(rows: Sequence[Any], conditions: str = "", *, title: str = "", json: bool = False):
+    """Print the one table of a bench; as JSON, an object with a list `rows`."""
+    publish([Result("rows" if json else title, rows, conditions)], json)
+
+
+def _table(result: Result, rows: Sequence[Mapping[str, Any]]) -> Table:
+    table = Table(title=escape(result.name), caption=escape(result.conditions))
+    columns = _columns(rows)
+    for column in columns:
+        words = any(isinstance(row.get(column), str) for row in rows)
+        justify = "left" if words else "right"
+        table.add_column(escape(column.replace("_", " ")), justify=justify)
+    for row in rows:
+        table.add_row(*(escape(_cell(row.get(column, ""))) for column in columns))
+    return table
+
+
+def _columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    return list(dict.fromkeys(key for row in rows for key in row))
+
+
+def _plain(row: Any) -> dict[str, Any]:
+    """Row as JSON holds it: specification spread out, None for what is not finite."""
+    fields = asdict(row) if is_dataclass(row) and not isinstance(row, type) else dict(row)
+    return _finite({**fields.pop("spec", {}), **fields})
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _cell(value: object) -> str:
+    """Text of a cell: four digits, lists with commas, yes or no, and a dash for None."""
+    match value:
+        case list():
+            return ", ".join(map(_cell, value)) or "none"
+        case None:
+            return "–"
+        case bool():
+            return ("no", "yes")[value]
+        case float():
+            return f"{value:.4g}"
+    return str(value)
+
+
+def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("w", newline="") as stream:
+            writer = csv.DictWriter(stream, _columns(rows), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
+    except OSError as error:
+        raise ConfigurationError(f"cannot write {path}: {error}") from error

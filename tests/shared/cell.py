@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import secrets
 import socket
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -49,6 +51,18 @@ class Cell:
     def join(self, options: BusOptions, publisher: str) -> Bus:
         """Joins a process with options of its own."""
         return self._stack.enter_context(buses.open(options, publisher))
+
+    def spawn(self, module: str, *arguments: str) -> subprocess.Popen[str]:
+        """Starts a module in a process that joins; it ends with the test, whatever fails."""
+        process = subprocess.Popen(
+            [sys.executable, "-m", module, *self.arguments, *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        self._stack.callback(process.wait)
+        self._stack.callback(process.kill)
+        return process
 
     @property
     def arguments(self) -> tuple[str, ...]:

@@ -37,12 +37,7 @@ class Beacon:
         self.states = self.bus.subscribe(topics.TASK_STATE)
         self.log = self.bus.subscribe(topics.LOG)
         self._requests = self.bus.publisher(topics.TASK_REQUEST)
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", MODULE, *cell.arguments, *more],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
+        self.process = cell.spawn(MODULE, *more)
         until(lambda: self._requests.has_subscribers, 30.0)
 
     def ask(self, key: str, value: str = "") -> None:

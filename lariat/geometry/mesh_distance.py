@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
-MAX_PAIRS = 2_000_000
+MAX_PAIRS = 500_000
 """Number of points times triangles that are compared at once."""
+EXACT_COST = 8
+"""Cost of an exact distance from a triangle, in distances from the disc around one."""
 MAX_NEAR = 20_000
 """Largest number of triangles that may be the nearest to a point, on average over some points; of
 the surface of a body it is some hundreds, of triangles that cross each other all."""
@@ -19,7 +21,7 @@ MERGED_DIGITS = 7
 
 
 class MeshDistance:
-    """Exact distance from a mesh: balls around the triangles tell which cannot be the nearest."""
+    """Exact distance from a mesh: discs around the triangles tell which cannot be the nearest."""
 
     def __init__(self, triangles: Float64[np.ndarray, "m 3 3"]) -> None:
         """Prepare a mesh.
@@ -44,7 +46,7 @@ class MeshDistance:
         away = np.linalg.norm(self.triangles - self._centres[:, None], axis=2)
         self._radii = away.max(axis=1)
         self.compared = 0
-        """Number of exact distances of a point from a triangle so far."""
+        """Cost so far, in distances of a point from the disc around a triangle."""
 
     def outside(self, points: Float64[np.ndarray, "p 3"]) -> Float64[np.ndarray, "p"]:
         """Return the distance of points from the mesh [m]; zero inside a closed one.
@@ -62,17 +64,22 @@ class MeshDistance:
     def _outside(self, points: Float64[np.ndarray, "p 3"]) -> Float64[np.ndarray, "p"]:
         square = np.sum(self._centres**2, axis=1) - 2.0 * points @ self._centres.T
         square += np.sum(points**2, axis=1)[:, None]
-        to_centres = np.sqrt(np.maximum(square, 0.0))
-        first = nearest_points(points, self.triangles[to_centres.argmin(axis=1)])
-        bound = np.linalg.norm(points - first, axis=1) + SAME_DISTANCE
-        near = to_centres - self._radii <= bound[:, None] + ROUNDING
-        of, which = np.nonzero(near)
+        bound = self._distance(points, square.argmin(axis=1)) + ROUNDING
+        of, which = np.nonzero(square <= (bound[:, None] + self._radii) ** 2)
         self.compared += len(of)
         if len(of) > MAX_NEAR * len(points):
             raise ValueError(
                 f"more than {MAX_NEAR} of {len(self.triangles)} triangles may be the nearest to a "
                 "place: they are large and cross each other; give the surface of a body"
             )
+        to_discs = self._to_discs(points[of], which)
+        starts = np.searchsorted(of, np.arange(len(points)))
+        first = np.nonzero(to_discs == np.minimum.reduceat(to_discs, starts)[of])[0]
+        first = first[np.searchsorted(of[first], np.arange(len(points)))]
+        bound = np.minimum(bound, self._distance(points, which[first]) + ROUNDING)
+        near = to_discs <= bound[of]
+        of, which = of[near], which[near]
+        self.compared += EXACT_COST * len(of)
         away = points[of] - nearest_points(points[of], self.triangles[which])
         distance = np.linalg.norm(away, axis=1)
         starts = np.searchsorted(of, np.arange(len(points)))
@@ -82,6 +89,17 @@ class MeshDistance:
         side = np.einsum("pk,pk->p", away, self._normals[which])
         beyond = (side > 0.0) & (distance <= least[of] + SAME_DISTANCE)
         return np.where(np.logical_or.reduceat(beyond, starts), least, 0.0)
+
+    def _distance(self, points: np.ndarray, which: np.ndarray) -> np.ndarray:
+        """Distance of each point from a triangle [m]."""
+        return np.linalg.norm(points - nearest_points(points, self.triangles[which]), axis=1)
+
+    def _to_discs(self, points: np.ndarray, which: np.ndarray) -> np.ndarray:
+        """Distance of each point from the disc around a triangle, less than from the triangle."""
+        away = points - self._centres[which]
+        across = _dot(away, self._normals[which])
+        along = np.sqrt(np.maximum(_dot(away, away) - across**2, 0.0)) - self._radii[which]
+        return np.hypot(across, np.maximum(along, 0.0))
 
 
 def is_closed(triangles: Float64[np.ndarray, "m 3 3"]) -> bool:

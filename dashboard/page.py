@@ -21,6 +21,7 @@ from dashboard.panels.camera_feed import CameraFeed
 from dashboard.panels.camera_image import CameraImage
 from dashboard.panels.campaign.campaign_panel import CampaignPanel
 from dashboard.panels.checks_panel import ChecksPanel
+from dashboard.panels.control_panel import ControlPanel
 from dashboard.panels.events.events_panel import EventsPanel
 from dashboard.panels.health_panel import HealthPanel
 from dashboard.panels.parameter_panel import ParameterPanel
@@ -140,6 +141,10 @@ class Page:
                 self._runs = RunsPanel(server, scenario, self._actions, outbox, self.notify)
         self._checks = CellChecks(scenario)
         self._checks_panel: ChecksPanel | None = None
+        self._control: ControlPanel | None = None
+        if live:
+            with panel.add_tab("Control"):
+                self._control = ControlPanel(gui, scenario, self._actions, outbox)
         with panel.add_tab("Rope"):
             self._parameters = ParameterPanel(gui, scenario, self._actions, outbox, live)
         with panel.add_tab("Events"):
@@ -315,6 +320,8 @@ class Page:
             self._plots.show_result(result)
         self._plots.draw(now / SECOND)
         self._parameters.update(task)
+        if self._control is not None:
+            self._control.update(task, now)
         self._parameters.draw(now / SECOND)
         if self._runs is not None:
             self._runs.update(latest_with_age(inbox, topics.RUN_LIST, now)[0], now)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from jaxtyping import Bool
 
@@ -16,6 +18,7 @@ from lariat.control.mpc.gauss_newton import GaussNewton
 from lariat.control.mpc.horizon import HorizonOptimizer
 from lariat.control.mpc.objective import ObjectiveWeights
 from lariat.control.mpc.receding_horizon import RecedingHorizonController
+from lariat.control.run.live_settings import OF_EVERY_METHOD
 from lariat.paper.optimizer import PaperOptimizer
 from lariat.paper.xpbd import XpbdProperties, XpbdRod
 from lariat.rod import Rod
@@ -35,6 +38,30 @@ ADAPTING_PLACE_WEIGHT = 0.3
 """Weight of a node's place along the rope, relative to its distance across it, while length and
 grips are being learnt [-]. A camera does not see that place, and the goal of a rope that is longer
 or shorter than the model cannot be met node by node: the rope would be bent to make up for it."""
+
+
+_PAPER_KEYS = (
+    "paper.horizon",
+    "paper.time_step",
+    "paper.optimizer_steps",
+    "paper.learning_rate",
+    "paper.error_weight",
+    "paper.obstacle_weight",
+    "paper.speed_weight",
+    "paper.obstacle_distance",
+)
+OPTIMIZER_KEYS: Mapping[str, tuple[str, ...]] = {
+    "gauss_newton": ("horizon", "time_step", "iterations", "speed_weight", "acceleration_weight"),
+    "network": _PAPER_KEYS,
+    "actions": _PAPER_KEYS,
+}
+"""Keys of the section `control` from which `horizon_optimizer` creates one, by method: a new one
+may take the place of another while a run goes on."""
+
+
+def live_keys(control: Control) -> tuple[str, ...]:
+    """Keys of a section `control` that act while its cell runs."""
+    return OF_EVERY_METHOD + OPTIMIZER_KEYS.get(control.method, ())
 
 
 def check(scenario: Scenario) -> None:

@@ -17,11 +17,12 @@ from lariat.control.extensions.method_faults import MethodFaults
 from lariat.control.mpc.collision_scene import CollisionScene
 from lariat.control.mpc.receding_horizon import Command
 from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
+from lariat.control.run import live_settings
 from lariat.control.run.arm_condition import ArmCondition
 from lariat.control.run.goal_events import GoalEvents
 from lariat.control.run.goals import GoalFactory, Pull
 from lariat.control.run.reasons import Reason, ReasonCode
-from lariat.control.run.requests import Preview, Request, carry_out, preview
+from lariat.control.run.requests import Preview, Request, RequestAction, carry_out, preview
 from lariat.control.run.state_machine import RunState
 from lariat.control.run.task import RequestRefused, Task
 from lariat.control.supervision.path_choice import PathOffer
@@ -29,9 +30,12 @@ from lariat.control.supervision.progress import ProgressMonitor
 from lariat.control.supervision.replanning import Replanning
 from lariat.control.supervision.rope_watch import RopeWatch
 from lariat.controllers import (
+    OPTIMIZER_KEYS,
     adaptation,
     check,
     expected_lag,
+    horizon_optimizer,
+    live_keys,
     prediction_rod,
     receding_horizon_controller,
     state_estimator,
@@ -60,13 +64,15 @@ class RopeController:
             ValueError: The rope has no shape at rest at the start or at the goal.
         """
         check(scenario)
-        self._scenario = scenario
+        self._scenario, self._control = scenario, scenario.control
         rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
         start = scenario.grips(scenario.start)
         self._goals = GoalFactory(scenario, rod, start)
         self.task = Task(
             self._goals.from_shape(scenario.goal),
-            settings={"adapt": "true" if scenario.control.adapt else "false"},
+            settings=live_settings.texts(scenario.control, live_keys(scenario.control)),
+            usual_pace=scenario.control.pace,
+            pace=scenario.control.pace,
             resettable=not any(scenario.end(side).address for side in SIDES),
         )
         self._model = prediction_rod(scenario, rod)
@@ -176,13 +182,34 @@ class RopeController:
     def carry_out(self, request: Request, now: int) -> None:
         """Carry out a request of a person at `now` [ns]; `task` holds the answer."""
         scene = self.scene.obstacles
-        if carry_out(request, self.task, self._goals, scene, self._arms, now, self._obstruction):
+        if request.action is RequestAction.SET:
+            carry_out(request, self.task, self._goals, scene, self._arms, now)
+            self._take_settings()
+        elif carry_out(request, self.task, self._goals, scene, self._arms, now, self._obstruction):
             self._goal_events.restart()
             if self._faults.last:
                 self._faults.last = ""
                 self.rope.forget()
             self._replanning.begin_run()
             self.progress.begin(now, self.task.replan_count)
+
+    def _take_settings(self) -> None:
+        """Act upon the task's settings: another optimizer, clearance or pace."""
+        control = live_settings.applied(self._control, self.task.settings)
+        before, self._control = self._control, control
+        controller = self._loop.controller
+        keys = OPTIMIZER_KEYS.get(control.method, ())
+        if live_settings.texts(control, keys) != live_settings.texts(before, keys):
+            controller.optimizer = horizon_optimizer(
+                control,
+                self._scenario.moves,
+                controller.offset_limits,
+                self._scenario.rope.node_count,
+            )
+        if (control.clearance, control.pace) != (before.clearance, before.pace):
+            self._loop.keep_clearance(control.clearance)
+            self.task.usual_pace = self.task.pace = control.pace
+            self.task.request_path()
 
     def begin_due_goals(self, now: int) -> None:
         """Set the goals whose time in the run has come at `now` [ns]."""

@@ -61,9 +61,9 @@ class ControlLoop:
             scenario.rope.node_count,
             obstacles_move=bool(scenario.obstacle_motions()),
         )
-        guard = ClearanceGuard(scenario.rope.diameter / 2.0, scenario.control.clearance)
+        self._guard = ClearanceGuard(scenario.rope.diameter / 2.0, scenario.control.clearance)
         self._watch = PathWatch(
-            task, rope, scene, self.controller, progress, guard, replanning, self._paths
+            task, rope, scene, self.controller, progress, self._guard, replanning, self._paths
         )
         self._judge = RunJudge(task, progress, replanning, self._paths)
 
@@ -76,6 +76,11 @@ class ControlLoop:
     def resting(self) -> bool:
         """Whether the commanded motion has come to rest."""
         return self.controller.resting
+
+    def keep_clearance(self, clearance: float) -> None:
+        """Take another desired distance of the rope's surface from obstacles [m]."""
+        self._scene.clearance = clearance
+        self._guard.want(clearance)
 
     def disengage(self) -> None:
         """Drop what is followed; the gateway then decides where the arms stop."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lariat.control.run.live_settings import applied
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.planning import whole_path
@@ -228,7 +229,7 @@ class PlannerService:
         margin = max(task.clearance_margin, self._mismatch)
         problem = replace(
             problem,
-            clearance=problem.clearance + margin,
+            clearance=self._clearance(task) + margin,
             spare_clearance=margin,
             pace=task.pace if task.pace else 1.0,
         )
@@ -240,6 +241,10 @@ class PlannerService:
         message.start_after = round(found.after / NANOSECONDS)
         message.start_before = round(found.before / NANOSECONDS)
         return message
+
+    def _clearance(self, task: TaskState) -> float:
+        """Desired clearance: the scenario's, or another one that people have set meanwhile [m]."""
+        return applied(self._scenario.control, dict(task.settings)).clearance
 
     def _present_arms(self, message: ArmStates) -> CellArms | None:
         """Arms with the joints that they report."""

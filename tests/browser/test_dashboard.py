@@ -32,7 +32,9 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
 
 def remaining_distance(page: Page) -> float:
     """Return the remaining distance that the headline shows [mm]."""
-    text = page.get_by_text(re.compile(r"^(Ready|Running|Held|Reached|Paused).*: ")).first.inner_text()
+    text = page.get_by_text(
+        re.compile(r"^(Ready|Running|Held|Reached|Paused).*: ")
+    ).first.inner_text()
     found = re.search(r"([\d.]+) mm", text)
     assert found is not None, text
     return float(found[1])

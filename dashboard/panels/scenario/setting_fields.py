@@ -47,6 +47,12 @@ class SettingField:
         """Key without its section."""
         return self.key.rpartition(".")[2]
 
+    @property
+    def bounds(self) -> Bounds | None:
+        """Bounds of a number; None without any."""
+        bounds = _plain(self.annotation)[1]
+        return bounds if isinstance(bounds, Bounds) else None
+
     def setting(self, text: str) -> str:
         """Return the setting of a text, as requests for scenarios take it.
 

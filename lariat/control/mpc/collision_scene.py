@@ -37,6 +37,8 @@ class CollisionScene:
             scenario: Rope, limits and obstacles.
         """
         self._scenario = scenario
+        self.clearance = scenario.control.clearance
+        """Desired distance of the rope's surface from obstacles [m]."""
         self._goal_clearances: tuple[tuple[int, int, int], float, float]
         self._goal_clearances = (-1, -1, -1), np.inf, np.inf
         self._regions = scenario.regions
@@ -118,7 +120,7 @@ class CollisionScene:
         """
         rope, limits = self._scenario.rope, self._scenario.limits
         _, grippers_own = self._clearances_of_goal(task)
-        wanted = self._scenario.control.clearance
+        wanted = self.clearance
         body = axis_clearance(limits.gripper_radius, limits.keep_out)
         return AvoidanceSpecification(
             self.avoided,

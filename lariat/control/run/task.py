@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from lariat.configuration import ConfigurationError
+from lariat.control.run import live_settings
 from lariat.control.run.reasons import Reason, ReasonCode
 from lariat.control.run.state_machine import ACTIVE, RunEvent, RunState, accepts, next_state
 from lariat.scenario import Goal
-
-SETTING_VALUES = ("false", "true")
-"""Values that a setting takes."""
 
 
 class RequestRefused(ValueError):
@@ -22,7 +21,7 @@ class Task:
 
     goal: Goal
     settings: dict[str, str] = field(default_factory=dict)
-    """Values of the settings by name."""
+    """Texts of the settings that act at once, by their keys in the section `control`."""
     resettable: bool = True
     """Whether the cell is a simulation, which can return to its start."""
     state: RunState = RunState.IDLE
@@ -36,6 +35,8 @@ class Task:
     """Number of requests for a path."""
     clearance_margin: float = 0.0
     """Clearance that the next path keeps beyond the scenario's [m]."""
+    usual_pace: float = 1.0
+    """Share of the usual limits that a run's first path uses [-]."""
     pace: float = 1.0
     """Share of the usual limits that the next path uses [-]."""
     reset_count: int = 0
@@ -184,8 +185,8 @@ class Task:
         """Change one setting.
 
         Args:
-            key: Name of the setting.
-            value: `true` or `false`.
+            key: Key of the setting.
+            value: Text of its value, in TOML.
 
         Raises:
             RequestRefused: There is no such setting or value.
@@ -194,7 +195,8 @@ class Task:
             raise RequestRefused(
                 f"no setting {key!r}; there are {', '.join(sorted(self.settings))}"
             )
-        if value not in SETTING_VALUES:
-            raise RequestRefused(f"{key} = {value!r}; use true or false")
-        self.settings[key] = value
+        try:
+            self.settings[key] = live_settings.checked(key, value)
+        except ConfigurationError as error:
+            raise RequestRefused(str(error)) from None
         self.revision += 1

@@ -74,6 +74,10 @@ class ClearanceGuard:
         """
         self.settings = settings or GuardSettings()
         self._radius = radius
+        self.want(wanted)
+
+    def want(self, wanted: float) -> None:
+        """Take the clearance that paths are asked to keep [m]."""
         self._least = min(self.settings.min_clearance, self.settings.wanted_share * wanted)
 
     def check(

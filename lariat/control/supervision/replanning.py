@@ -68,7 +68,7 @@ class Replanning:
     def begin_run(self) -> None:
         """Restore the budgets of a run, with the usual clearance and pace."""
         self._counts = dict.fromkeys(Cause, 0)
-        self._task.clearance_margin, self._task.pace = 0.0, 1.0
+        self._task.clearance_margin, self._task.pace = 0.0, self._task.usual_pace
 
     def request(self, cause: Cause) -> bool:
         """Request another path.
@@ -98,5 +98,5 @@ class Replanning:
         unsure = MARGIN_DEVIATIONS * max(deviation - USUAL_DEVIATION, 0.0)
         margin = max(task.clearance_margin + MARGIN_STEP, unsure)
         task.clearance_margin = min(margin, MAX_MARGIN)
-        task.pace = max(SLOWDOWN * task.pace, MIN_PACE)
+        task.pace = min(task.pace, max(SLOWDOWN * task.pace, MIN_PACE))
         return True

@@ -69,6 +69,8 @@ class Control:
     """Whether the rope's material is estimated during the run; with `xpbd` by eq. (15)."""
     clearance: Annotated[float, Bounds(0.0, 0.2, "m")] = 0.012
     """Desired distance of the rope's surface from obstacles that are no supports."""
+    pace: Annotated[float, Bounds(0.1, 1.0)] = 1.0
+    """Share of the usual limits that planned paths use."""
     horizon: Annotated[int, Bounds(1, 100)] = 5
     """Horizon in steps of `time_step`, for `gauss_newton`."""
     time_step: Annotated[float, Bounds(1e-3, 0.2, "s")] = 0.05

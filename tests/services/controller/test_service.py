@@ -63,6 +63,32 @@ def step(
     return state
 
 
+def test_settings_of_a_running_cell_act_at_once() -> None:
+    service = build(SCENARIO, "session")
+    controller, loop = service.controller, service.controller._loop
+    before = step(service, SECOND, 0.4)
+    assert before.settings["speed_weight"] == "0.02"
+    settings = {"speed_weight": "0.5", "horizon": "7", "clearance": "0.03", "pace": "0.5"}
+    requests = [
+        TaskRequest(id=key, action=TaskRequest.SET, key=key, value=value)
+        for key, value in settings.items()
+    ]
+    state = step(service, 2 * SECOND, 0.4, *requests)
+    assert state.refusal == ""
+    assert settings.items() <= dict(state.settings).items()
+    optimizer = loop.controller.optimizer
+    assert (optimizer.step_count, optimizer.weights.speed) == (7, 0.5)  # pyright: ignore[reportAttributeAccessIssue]
+    assert controller.scene.avoidance(controller.task, 1.0).clearance == 0.03
+    # Another path, at the new pace, and a run keeps it.
+    assert (state.pace, state.replan_count) == (0.5, before.replan_count + 2)
+    step(service, 3 * SECOND, 0.4, TaskRequest(id="1", action=TaskRequest.START))
+    assert controller.task.pace == 0.5
+    refused = TaskRequest(id="2", action=TaskRequest.SET, key="pace", value="3")
+    state = step(service, 4 * SECOND, 0.4, refused)
+    assert "control.pace = 3" in state.refusal
+    assert state.settings["pace"] == "0.5"
+
+
 def test_controller_waits_for_grips_beyond_the_reach_of_the_rope() -> None:
     service = build(SCENARIO, "session")
     start = TaskRequest(id="1", action=TaskRequest.START)

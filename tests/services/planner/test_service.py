@@ -152,6 +152,16 @@ def test_pace_is_the_one_that_is_asked_for(asked: float, pace: float) -> None:
     assert problem_of(SCENARIO, RodParameters(), asked).pace == pace
 
 
+def test_clearance_is_the_one_that_people_have_set_meanwhile() -> None:
+    service, read = CapturingPlanner(SCENARIO), inbox(SCENARIO)
+    for clearance in ("0.012", "0.05"):
+        read.latest(topics.TASK_STATE).message.settings["clearance"] = clearance
+        read.latest(topics.TASK_STATE).message.replan_count += 1
+        list(service.step(read, SECOND))
+    first, second = (problem.clearance for problem in service.problems)
+    assert second - first == pytest.approx(0.038)
+
+
 def test_planner_knows_where_the_grippers_hold_the_ends() -> None:
     aside = [0.003, 0.0, 0.0, 0.0, -0.002, 0.0]
     rod = learnt(0.2)

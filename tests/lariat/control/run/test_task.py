@@ -56,7 +56,7 @@ def test_revision_grows_with_every_change() -> None:
         (lambda t: t.pause(), "cannot pause while idle"),
         (lambda t: t.reset(), "only a simulation"),
         (lambda t: t.set("colour", "red"), "there are adapt"),
-        (lambda t: t.set("adapt", "perhaps"), "use true or false"),
+        (lambda t: t.set("adapt", "perhaps"), "must be a bool"),
     ],
 )
 def test_refusals_name_the_way_out(action, words: str) -> None:

@@ -112,7 +112,8 @@ def _plain(hint: Any) -> tuple[Any, Bounds | Extensible | None]:
         if get_origin(hint) is Annotated:
             hint, bounds = get_args(hint)[:2]
         elif get_origin(hint) in (Union, types.UnionType):
-            (hint,) = [a for a in get_args(hint) if a is not type(None)]
+            # Where there is a choice, the text stands first.
+            hint = next(a for a in get_args(hint) if a is not type(None))
         else:
             return hint, bounds
 

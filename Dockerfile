@@ -211,6 +211,20 @@ USER lariat
 RUN python -c "import dashboard.service"
 ENTRYPOINT ["python", "-m", "dashboard"]
 
+FROM packages AS ros2_packages
+RUN --mount=type=bind,source=requirements/ros2.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --prefix=/packages --require-hashes --requirement /lock.txt \
+ && slim /packages
+
+FROM base AS ros2
+COPY --from=ros2_packages /packages /usr/local
+COPY --from=sources / ./
+COPY services/ros2 services/ros2
+USER lariat
+RUN python -c "import services.ros2.service"
+ENTRYPOINT ["python", "-m", "services.ros2"]
+
 FROM packages AS cli_packages
 RUN --mount=type=bind,source=requirements/cli.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
@@ -223,7 +237,7 @@ FROM base AS cli
 COPY --from=cli_packages /packages /usr/local
 USER lariat
 RUN cd /credentials && mkdir --mode=700 authority router sim camera perception planner controller \
-    robot_gateway recorder dashboard lariat
+    robot_gateway recorder ros2 dashboard lariat
 COPY --from=sources / ./
 COPY stack stack
 COPY cli cli

@@ -15,14 +15,26 @@ system = $(or $(PYTHON),uv run --no-project --python 3.13 python) -c $(1) 2>/dev
   apt-get install -y -qq --no-install-recommends $(2) >/dev/null; } || \
   { echo "the system package $(2) is missing; install it (Debian: apt-get install $(2)), then make again" >&2; exit 2; }
 
-.PHONY: up test check docs format lock sbom clean
+.PHONY: up test ros check docs format lock sbom clean
 
 up: .venv/installed  ## the whole stack, live; opens the dashboard, or prints its address last
 	$(BIN)/lariat up $(SCENARIO) --browser
 
 test: .venv/installed-dev  ## in parallel the tests that compute, one by one those that are live
-	$(BIN)/pytest -m "not live and not slow" --numprocesses auto --dist loadfile
-	$(BIN)/pytest -m "live and not slow"
+	$(BIN)/pytest -m "not live and not slow and not ros" --numprocesses auto --dist loadfile
+	$(BIN)/pytest -m "live and not slow and not ros"
+
+ros: .venv/installed-dev .ros/rclpy .ros/pyzeros  ## the tests against real rclpy and another implementation of ROS 2's wire
+	$(BIN)/pytest -m ros
+
+.ros/rclpy:
+	$(BIN)/python -m venv $@
+	$@/bin/pip install --quiet numpy ros-rclpy==9.1.2 ros-rmw-fastrtps-cpp ros-sensor-msgs ros-trajectory-msgs \
+	  ros-visualization-msgs ros-std-srvs ros-test-msgs ros-diagnostic-msgs
+
+.ros/pyzeros:
+	$(BIN)/python -m venv $@
+	$@/bin/pip install --quiet pyzeros==0.1.0
 
 check: .venv/installed-dev  ## style, types, import rules
 	$(BIN)/ruff format --check .

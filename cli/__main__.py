@@ -48,6 +48,7 @@ VERBS = {
         "estimate the camera's pose from a marker that an arm carries",
     ),
     "certs": ("cli.certs:main", "make certificates and access rules for the bus of a cell"),
+    "ros2": ("cli.ros2:main", "list the topics of the cell's ROS 2 node"),
     "see": ("cli.see:main", "find the centrelines of ropes in an image"),
     "bench": ("", "run a benchmark and print its table"),
 }
@@ -170,7 +171,7 @@ def _bench(arguments: Sequence[str]) -> int:
 def _verb_first(argv: list[str]) -> list[str]:
     """Arguments with the options before a client verb moved behind it, so that an alias can name
     a cell:
-    `alias cell2="lariat --connect tcp/cell2:7447 --mode client"`, then `cell2 start`."""
+    `alias cell2="lariat --connect tcp/cell2:7448 --mode client"`, then `cell2 start`."""
     if not argv[0].startswith("-"):
         return argv
     place = next((k for k, word in enumerate(argv) if word in CLIENT_VERBS), None)

@@ -28,7 +28,7 @@ def main(
 
     Examples:
       lariat certs credentials --address 192.168.5.2
-      lariat status --mode client --connect tls/192.168.5.2:7447 --settings lariat/bus.json
+      lariat status --mode client --connect tls/192.168.5.2:7448 --settings lariat/bus.json
 
     Args:
         folder: Folder of the credentials.

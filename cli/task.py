@@ -32,7 +32,7 @@ def start(
     Examples:
       lariat start
       lariat start --scenario three-cylinders
-      lariat start --connect tcp/192.168.5.2:7447 --yes
+      lariat start --connect tcp/192.168.5.2:7448 --yes
 
     Args:
         scenario: Refuse unless the stack runs this scenario, a TOML file or a shipped one's name.

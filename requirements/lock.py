@@ -21,6 +21,7 @@ IMAGES = (
     "rod",
     "sim",
     "camera",
+    "ros2",
     "perception",
     "network",
     "robot_gateway",

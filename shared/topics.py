@@ -153,7 +153,7 @@ ROPE_TRUTH = Topic("rope/truth", NodeChain, "sim", "latest", tolerance={"positio
 ROPE_OTHERS = Topic("rope/others", OtherRopes, "perception", "latest", tolerance={"ropes": 2e-4})
 SCENE_STATE = Topic("scene/state", Scene, "perception", "latest", tolerance={"obstacles": 1e-9})
 SCENE_MOTION = Topic("scene/motion", SceneMotion, "perception", "latest")
-SCENE_REQUEST = Topic("scene/request", SceneRequest, "dashboard, lariat", "every")
+SCENE_REQUEST = Topic("scene/request", SceneRequest, "dashboard, lariat, ros2", "every")
 TASK_STATE = Topic(
     "task/state",
     TaskState,
@@ -161,7 +161,7 @@ TASK_STATE = Topic(
     "latest",
     tolerance={"goal": 1e-6, "error": 1e-6, "clearance": 1e-6},
 )
-TASK_REQUEST = Topic("task/request", TaskRequest, "dashboard, lariat", "every")
+TASK_REQUEST = Topic("task/request", TaskRequest, "dashboard, lariat, ros2", "every")
 TASK_GOAL_DRAFT = Topic("task/goal_draft", GoalDraft, "dashboard", "latest")
 TASK_GOAL_PREVIEW = Topic(
     "task/goal_preview", GoalPreview, "controller", "latest", tolerance={"goal": 1e-6}

@@ -42,4 +42,6 @@ def _libraries(scenario: Scenario, part: str) -> tuple[str, ...]:
             return ("mcap",)
         case "dashboard":
             return ("viser", "aiohttp", "cv2")
+        case "ros2":
+            return ("rosbags", "xxhash", "cv2")
     return ()

@@ -34,7 +34,7 @@ RESTART_TIMEOUT = 90.0
 """Longest wait for a frozen process to be replaced [s]."""
 POLL_PERIOD = 2.0
 """Time between two looks at a run [s]."""
-OPERATOR_VERB = 'exec nice -n 19 lariat "$@" --mode client --connect tls/router:7447'
+OPERATOR_VERB = 'exec nice -n 19 lariat "$@" --mode client --connect tls/router:7448'
 """Command of the shell that runs one verb in the operator's container, beside the credentials."""
 PROJECT = "lariat-bench"
 """Name of the project."""

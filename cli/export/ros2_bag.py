@@ -1,6 +1,6 @@
 """Recording as a rosbag2 of standard ROS 2 messages, in MCAP.
 
-Messages are those of ROS 2 Humble, which later distributions read. A header's stamp is the time
+Messages are the same from ROS 2 Humble to Lyrical. A header's stamp is the time
 that the message describes, the bag's times are those of receipt.
 """
 
@@ -21,11 +21,11 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from cli.export.drawn_messages import drawn_messages
-from cli.export.ros2_markers import Markers
-from cli.export.ros2_messages import converted, robot_description
-from cli.export.ros2_store import STORE
 from shared.cell_description import cell_urdf
 from shared.recording import Recording
+from shared.ros2 import wire
+from shared.ros2.outputs import ROBOT_DESCRIPTION, converted, outputs, robot_description
+from shared.ros2.types import STORE
 
 BAG_VERSION = 9
 """Version of the bag's metadata."""
@@ -43,7 +43,6 @@ LATCHED = Qos(
     False,
 )
 """Quality of service of topics whose last message is for those who join later."""
-LATCHED_TOPICS = ("/tf_static", "/robot_description")
 
 
 def write(recording: Recording, folder: Path) -> str:
@@ -56,14 +55,14 @@ def write(recording: Recording, folder: Path) -> str:
     with tempfile.TemporaryDirectory() as files:
         urdf = cell_urdf(recording.scenario(Path(files)))
     connections: dict[str, Any] = {}
-    markers, count = Markers(), 0
+    table, count = outputs(), 0
     with Writer(folder, version=BAG_VERSION, storage_plugin=StoragePlugin.MCAP) as bag:
 
-        def put(topic: str, message: Any, time: int) -> None:
+        def put(topic: str, message: Any, time: int, latched: bool) -> None:
             nonlocal count
             kind = message.__msgtype__
             if topic not in connections:
-                qos = [LATCHED] if topic in LATCHED_TOPICS else []
+                qos = [LATCHED] if latched else []
                 connections[topic] = bag.add_connection(
                     topic, kind, typestore=STORE, offered_qos_profiles=qos
                 )
@@ -72,8 +71,9 @@ def write(recording: Recording, folder: Path) -> str:
 
         for drawn in drawn_messages(recording):
             if not count:
-                put("/robot_description", robot_description(urdf), drawn.log_time)
+                put(ROBOT_DESCRIPTION, robot_description(urdf), drawn.log_time, latched=True)
             with recording.door.guard(f"{drawn.key} in {recording.path}"):
-                for topic, message in converted(drawn.key, drawn.message, markers):
-                    put(topic, message, drawn.log_time)
+                for output, message in converted(table, drawn.key, drawn.message):
+                    name = f"/{output.name_for(drawn.key).lstrip('/')}"
+                    put(name, message, drawn.log_time, output.qos == wire.LATCHED)
     return f"{folder}: {count} messages on {len(connections)} topics"

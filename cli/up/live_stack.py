@@ -73,6 +73,9 @@ def _run(options: UpOptions, fork_server: ForkServer, scenario: Path, cell: Scen
     """Start the whole stack of a scenario on a port that is its own."""
     # The page's libraries take the longest: it begins before those that then need the processor.
     parts = [*["dashboard"] * options.dashboard, *services.NAMES, *["recorder"] * options.record]
+    parts += ["ros2"] * options.ros2
+    if options.ros2_commands and not options.ros2:
+        raise ConfigurationError("--ros2-commands goes with --ros2")
     dependencies.check(cell, parts)
     _check_free("127.0.0.1", options.port, "is another stack running? choose another --port")
     if options.dashboard:
@@ -126,7 +129,8 @@ def _run(options: UpOptions, fork_server: ForkServer, scenario: Path, cell: Scen
         recorder = ["--always"] * options.record_always
         if options.keep is not None:
             recorder += ["--keep", str(options.keep)]
-        more = {"dashboard": page, "recorder": recorder}
+        ros2 = ["--router", options.ros2_router, *["--commands"] * options.ros2_commands]
+        more = {"dashboard": page, "recorder": recorder, "ros2": ros2}
         library = ScenarioLibrary(options.saved_scenarios, scenario)
         campaigns = Campaigns(CAMPAIGN_FOLDER, folder / "campaign", _trial_command)
         switch = ScenarioManager(library, scenario, folder / "started", _check_command, campaigns)

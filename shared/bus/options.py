@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-DEFAULT_HUB = "tcp/127.0.0.1:7447"
+DEFAULT_HUB = "tcp/127.0.0.1:7448"
 """Endpoint of the launcher's hub by default."""
 
 

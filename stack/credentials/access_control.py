@@ -24,6 +24,7 @@ SERVICES = (
     "controller",
     "robot_gateway",
     "recorder",
+    "ros2",
     "dashboard",
 )
 """Users that are processes of a cell."""

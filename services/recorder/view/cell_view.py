@@ -21,7 +21,6 @@ from lariat.trajectory import NANOSECONDS, SECOND
 from services.recorder.view import colors
 from services.recorder.view.curves import CURVES, curves
 from services.recorder.view.depth_view import DepthView
-from services.recorder.view.frames import Frames
 from services.recorder.view.mesh_hulls import mesh_hulls
 from services.recorder.view.point_clouds import point_cloud
 from services.recorder.view.primitives import (
@@ -42,6 +41,7 @@ from shared.cell_description import (
     arm_urdf,
     frame_name,
 )
+from shared.frames import Frames
 from shared.messages import Scene, SceneMotion, obstacle_motions, scene_obstacles, timestamp
 from shared.runtime.service import Publication
 from shared.topics import Topic

@@ -8,7 +8,6 @@ from foxglove_schemas_protobuf.CylinderPrimitive_pb2 import CylinderPrimitive
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Point3_pb2 import Point3
 from foxglove_schemas_protobuf.Pose_pb2 import Pose as PoseMessage
-from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
@@ -21,6 +20,7 @@ from lariat.geometry.poses import Pose
 from services.recorder.view import colors
 from services.recorder.view.curves import Curves
 from services.recorder.view.mesh_hulls import MeshHull
+from shared.frames import quaternion_message, vector_message
 
 HALF_SPACE_SIDE = 2.0
 """Side of the square drawn for a half space [m]."""
@@ -146,15 +146,3 @@ def pose_message(pose: Pose) -> PoseMessage:
     return PoseMessage(
         position=vector_message(pose.position), orientation=quaternion_message(pose.orientation)
     )
-
-
-def vector_message(vector: np.ndarray) -> Vector3:
-    """Return the message of a vector."""
-    x, y, z = vector.tolist()
-    return Vector3(x=x, y=y, z=z)
-
-
-def quaternion_message(orientation: np.ndarray) -> Quaternion:
-    """Return the message of a quaternion wxyz."""
-    w, x, y, z = orientation.tolist()
-    return Quaternion(x=x, y=y, z=z, w=w)

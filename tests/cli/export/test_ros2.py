@@ -11,9 +11,9 @@ from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 
 from cli.export import main
-from cli.export.ros2_store import STORE
 from lariat.arms.cr5_installation import scenario_joints
 from lariat.trajectory import SECOND
+from shared.ros2.types import STORE
 from tests.cli.export.recorded import STEP, recording
 from tests.services.recorder.view import cell
 
@@ -47,9 +47,15 @@ def test_every_kind_of_message_has_its_counterpart(bag: Path):
             f"/view/points/{name}": "sensor_msgs/msg/PointCloud2"
             for name in ("rope", "truth", "goal", "prediction", "path", "obstacles", "overhead")
         },
-        "/camera/overhead/color/compressed": "sensor_msgs/msg/CompressedImage",
-        "/camera/overhead/depth": "sensor_msgs/msg/Image",
-        "/camera/overhead/camera_info": "sensor_msgs/msg/CameraInfo",
+        "/camera/overhead/color/image_raw/compressed": "sensor_msgs/msg/CompressedImage",
+        "/camera/overhead/depth/image_raw": "sensor_msgs/msg/Image",
+        "/camera/overhead/color/camera_info": "sensor_msgs/msg/CameraInfo",
+        "/camera/overhead/depth/camera_info": "sensor_msgs/msg/CameraInfo",
+        "/rope/points": "sensor_msgs/msg/PointCloud2",
+        "/rope/poses": "geometry_msgs/msg/PoseArray",
+        "/goal/poses": "geometry_msgs/msg/PoseArray",
+        "/controller/prediction": "geometry_msgs/msg/PoseArray",
+        "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
         "/rosout": "rcl_interfaces/msg/Log",
         "/controller/path": "trajectory_msgs/msg/MultiDOFJointTrajectory",
         "/arm/setpoints": "trajectory_msgs/msg/MultiDOFJointTrajectory",
@@ -68,7 +74,7 @@ def test_values_times_and_colours_are_those_of_the_recording(bag: Path, tmp_path
     np.testing.assert_allclose(points["position"][-1], [0.2, 0.0, 0.3], atol=1e-7)
     # 0xAARRGGBB: orange where the rope is certain.
     assert hex(points["rgba"][0]) == "0xffff9e1a"
-    depth = found["/camera/overhead/depth"][-1]
+    depth = found["/camera/overhead/depth/image_raw"][-1]
     assert (depth.encoding, depth.width, depth.data[2:4].tolist()) == ("16UC1", 80, [0xE8, 0x03])
     log = found["/rosout"][0]
     assert (log.level, log.name, log.msg, log.line) == (30, "sim", "late", 7)
@@ -106,7 +112,7 @@ def test_the_bag_is_an_mcap_file_of_the_profile_ros2(bag: Path):
 def test_bodies_that_an_entity_no_longer_has_are_deleted():
     from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-    from cli.export.ros2_markers import ADD, DELETE, Markers
+    from shared.ros2.markers import ADD, DELETE, Markers
 
     markers, full, empty = Markers(), SceneUpdate(), SceneUpdate()
     full.entities.add(id="obstacles").spheres.add()
@@ -119,9 +125,9 @@ def test_bodies_that_an_entity_no_longer_has_are_deleted():
 def test_bodies_of_triangles_are_markers_of_triangles():
     from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-    from cli.export.ros2_markers import TRIANGLE_LIST, Markers
     from lariat.geometry.obstacles import Obstacle
     from services.recorder.view.primitives import add_obstacle
+    from shared.ros2.markers import TRIANGLE_LIST, Markers
 
     update = SceneUpdate()
     cone = Obstacle("cone", (0.1, 0.0, 0.2), radius=0.05, height=0.1)

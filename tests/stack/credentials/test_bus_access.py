@@ -129,14 +129,14 @@ def test_user_may_publish_what_its_service_writes(name: str) -> None:
 
 
 def _is_service(member: object) -> bool:
-    return inspect.isclass(member) and all(hasattr(member, n) for n in ("step", "reads", "writes"))
+    return inspect.isclass(member) and all(hasattr(member, n) for n in ("step", "rate", "writes"))
 
 
 def test_only_controller_commands_the_arms_and_only_people_request() -> None:
     assert owners_of(topics.ARM_SETPOINTS) == {"controller"}
     assert owners_of(topics.ARM_COMMAND) == {"dashboard", "lariat"}
-    assert owners_of(topics.TASK_REQUEST) == {"dashboard", "lariat"}
-    assert owners_of(topics.SCENE_REQUEST) == {"dashboard", "lariat"}
+    assert owners_of(topics.TASK_REQUEST) == {"dashboard", "lariat", "ros2"}
+    assert owners_of(topics.SCENE_REQUEST) == {"dashboard", "lariat", "ros2"}
     for service in SERVICES:
         assert owners_of(topics.HEALTH.at(service)) == {service}
 

@@ -9,12 +9,13 @@ from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.JointState_pb2 import JointState
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
 from lariat.arms.description import arm_description
 from lariat.geometry.poses import Pose
 from lariat.scenario import SIDES, Scenario, Side
 from lariat.scenario.placement import base_of
-from services.recorder.view.primitives import quaternion_message, vector_message
 from shared.cell_description import GRIP, WORLD_FRAME, arm_urdf, frame_name
 from shared.messages import ArmState, ArmStates, timestamp
 
@@ -86,3 +87,15 @@ def _states(arms: ArmStates | None) -> Iterator[tuple[Side, ArmState]]:
         for state in arms.arms if arms else ():
             if state.arm == side:
                 yield side, state
+
+
+def vector_message(vector: np.ndarray) -> Vector3:
+    """Return the message of a vector."""
+    x, y, z = vector.tolist()
+    return Vector3(x=x, y=y, z=z)
+
+
+def quaternion_message(orientation: np.ndarray) -> Quaternion:
+    """Return the message of a quaternion wxyz."""
+    w, x, y, z = orientation.tolist()
+    return Quaternion(x=x, y=y, z=z, w=w)

@@ -12,8 +12,8 @@ from foxglove_schemas_protobuf.Pose_pb2 import Pose
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
-from cli.export.ros2_store import duration, header, point, quaternion, ros, vector
 from shared.messages import from_timestamp
+from shared.ros2.types import duration, header, point, pose, ros, vector
 
 CUBE, SPHERE, CYLINDER, LINE_STRIP, TRIANGLE_LIST = 1, 2, 3, 4, 11
 """Types of visualization_msgs/Marker."""
@@ -81,11 +81,7 @@ def _marker(entity: SceneEntity, number: int, shape: _Shape | None) -> Any:
         id=number,
         type=drawn.type,
         action=ADD if shape else DELETE,
-        pose=ros(
-            "geometry_msgs/msg/Pose",
-            position=point((p.x, p.y, p.z)),
-            orientation=quaternion((q.w, q.x, q.y, q.z)),
-        ),
+        pose=pose((p.x, p.y, p.z), (q.w, q.x, q.y, q.z)),
         scale=vector(drawn.scale),
         color=_color(drawn.color),
         lifetime=duration(0),

@@ -1,0 +1,220 @@
+"""Commands of ROS 2 nodes as requests on the bus, and their answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lariat.geometry.poses import Pose
+from lariat.trajectory import SECOND
+from shared import topics
+from shared.messages import (
+    Goal,
+    Obstacle,
+    Scene,
+    SceneRequest,
+    TaskRequest,
+    TaskState,
+    grip,
+)
+from shared.ros2.node import Node, Request
+from shared.ros2.types import SHAPE_ROPE, ros, wxyz, xyz
+from shared.runtime.service import Inbox, Publication
+
+ANSWER_TIMEOUT = 3 * SECOND
+"""Longest wait for the answer to a request [ns]."""
+MAX_PENDING = 64
+"""Most requests that wait for an answer."""
+TASK_ACTIONS = {
+    "start": TaskRequest.START,
+    "pause": TaskRequest.PAUSE,
+    "stop": TaskRequest.STOP,
+    "reset": TaskRequest.RESET,
+}
+"""Requests to the run, by the name of their service."""
+TRIGGER = "std_srvs/srv/Trigger"
+INPUTS = (
+    ("goal", "geometry_msgs/msg/PoseArray", "goal: poses of both grips, or one for each node"),
+    ("collision_object", "moveit_msgs/msg/CollisionObject", "obstacles: boxes, spheres, cylinders"),
+    ("shape_rope", SHAPE_ROPE, "goal with feedback and result; a cancel stops the arms"),
+    *((name, TRIGGER, f"{name} the run") for name in TASK_ACTIONS),
+)
+"""Name, type and meaning of what commands the cell."""
+SOLIDS = {1: "box", 2: "sphere", 3: "cylinder"}
+"""Shape of each type of shape_msgs/SolidPrimitive that becomes an obstacle."""
+ADD, REMOVE, MOVE = 0, 1, 3
+"""Operations of moveit_msgs/CollisionObject."""
+
+
+@dataclass
+class Pending:
+    """Request on the bus that has not been answered."""
+
+    sent: int
+    """Time of its sending [ns]."""
+    asked: Request | None
+    """Service request to answer; None where nobody waits."""
+    outcome: tuple[bool, str] | None = None
+    """Whether it was carried out, and why not."""
+
+
+class Commands:
+    """Services and topics by which ROS 2 nodes command the cell."""
+
+    reads = (topics.TASK_STATE, topics.SCENE_STATE, topics.RUN_RESULT)
+    writes = (topics.TASK_REQUEST, topics.SCENE_REQUEST)
+
+    def __init__(self, node: Node, session: str) -> None:
+        self._services = {name: node.service(name, TRIGGER) for name in TASK_ACTIONS}
+        self._goals = node.subscription("goal", "geometry_msgs/msg/PoseArray")
+        self._objects = node.subscription("collision_object", "moveit_msgs/msg/CollisionObject")
+        self._door = node.door
+        self._session, self._count = session, 0
+        self._pending: dict[str, Pending] = {}
+        self._queued: list[Publication] = []
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        """Yield the requests of all nodes, and answer those that have been handled."""
+        for name, service in self._services.items():
+            for asked in service.take():
+                self.request_task(TASK_ACTIONS[name], now, asked)
+        for message in self._goals.take():
+            with self._door.guard("ROS 2 goal"):
+                self.request_task(TaskRequest.SET_GOAL, now, goal=goal_of_poses(message))
+        for message in self._objects.take():
+            with self._door.guard("ROS 2 collision_object"):
+                for action, obstacle in scene_changes(message, _scene(inbox)):
+                    request = SceneRequest(
+                        id=self._next(now, None), stamp=now, action=action, obstacle=obstacle
+                    )
+                    self._queued.append(Publication(topics.SCENE_REQUEST, request))
+        self._answer(inbox, now)
+        queued, self._queued = self._queued, []
+        yield from queued
+
+    def request_task(
+        self,
+        action: TaskRequest.Action,
+        now: int,
+        asked: Request | None = None,
+        goal: Goal | None = None,
+    ) -> Pending:
+        """Send a request to the controller with the next step."""
+        id = self._next(now, asked)
+        request = TaskRequest(id=id, stamp=now, action=action, goal=goal)
+        self._queued.append(Publication(topics.TASK_REQUEST, request))
+        return self._pending[id]
+
+    def _next(self, now: int, asked: Request | None) -> str:
+        """Id of a new request, whose answer is waited for."""
+        self._count += 1
+        id = f"{self._session}-{self._count}"
+        if len(self._pending) >= MAX_PENDING:
+            self._end(next(iter(self._pending)), False, "too many requests")
+        self._pending[id] = Pending(now, asked)
+        return id
+
+    def _answer(self, inbox: Inbox, now: int) -> None:
+        task, scene = inbox.latest(topics.TASK_STATE), inbox.latest(topics.SCENE_STATE)
+        answers: list[tuple[str, str]] = []
+        if task is not None:
+            answers.append((task.message.last_request, task.message.refusal))
+        if scene is not None:
+            answers.append((scene.message.last_request, scene.message.refusal))
+        for id, refusal in answers:
+            if id in self._pending:
+                self._end(id, not refusal, refusal)
+        for id in [i for i, p in self._pending.items() if now - p.sent > ANSWER_TIMEOUT]:
+            self._end(id, False, "no process has answered; lariat status shows which run")
+
+    def _end(self, id: str, success: bool, message: str) -> None:
+        pending = self._pending.pop(id)
+        pending.outcome = success, message
+        if pending.asked is not None:
+            pending.asked.reply(
+                ros("std_srvs/srv/Trigger_Response", success=success, message=message)
+            )
+        elif not success:
+            self._door.refuse("ROS 2 request", message)
+
+
+def goal_of_poses(message: Any) -> Goal:
+    """Return the goal of a geometry_msgs/PoseArray in the world.
+
+    Two poses are those of the grips, between which the rope rests. More are nodes from left to
+    right; the first and the last one have the orientations of the grips.
+
+    Raises:
+        ValueError: It has fewer than two poses or is not in the frame `world`.
+    """
+    if message.header.frame_id not in ("", "world"):
+        raise ValueError(f"the goal is in the frame {message.header.frame_id!r}; give it in world")
+    if len(message.poses) < 2:
+        raise ValueError("a goal has the poses of both grips, or one for each node")
+    places = np.array([xyz(p.position) for p in message.poses])
+    left, right = (
+        grip(Pose(np.array(xyz(p.position)), np.array(wxyz(p.orientation))))
+        for p in (message.poses[0], message.poses[-1])
+    )
+    nodes = places.ravel().tolist() if len(places) > 2 else []
+    return Goal(positions=nodes, left=left, right=right)
+
+
+def scene_changes(message: Any, scene: Scene) -> Iterator[tuple[SceneRequest.Action, Obstacle]]:
+    """Yield the changes of the scene that a moveit_msgs/CollisionObject asks for.
+
+    Raises:
+        ValueError: It is not in the world, or a shape has no counterpart.
+    """
+    if message.header.frame_id not in ("", "world"):
+        raise ValueError(f"{message.id!r} is in {message.header.frame_id!r}; give it in world")
+    mine = [o.name for o in scene.obstacles if o.name.partition(".")[0] == message.id]
+    if message.operation == REMOVE:
+        yield from ((SceneRequest.REMOVE, Obstacle(name=name)) for name in mine)
+        return
+    if message.meshes or message.planes:
+        raise ValueError(f"{message.id!r} has meshes or planes; give boxes, spheres or cylinders")
+    origin = Pose(np.array(xyz(message.pose.position)), np.array(wxyz(message.pose.orientation)))
+    for k, (solid, place) in enumerate(
+        zip(message.primitives, message.primitive_poses, strict=False)
+    ):
+        obstacle = _obstacle(f"{message.id}.{k}", solid, place, origin)
+        present = obstacle.name in mine
+        if message.operation == MOVE and not present:
+            raise ValueError(f"{message.id!r} is not in the scene")
+        yield (SceneRequest.MOVE if present else SceneRequest.ADD), obstacle
+
+
+def _obstacle(name: str, solid: Any, place: Any, origin: Pose) -> Obstacle:
+    if solid.type not in SOLIDS:
+        raise ValueError(f"{name!r} is no box, sphere or cylinder")
+    local = Pose(np.array(xyz(place.position)), np.array(wxyz(place.orientation)))
+    pose = origin @ local if np.any(origin.orientation) else local
+    obstacle = Obstacle(
+        name=name,
+        shape=SOLIDS[solid.type],
+        position=pose.position,
+        orientation=pose.orientation,
+    )
+    sizes = [float(size) for size in solid.dimensions]
+    if obstacle.shape == "box":
+        obstacle.size.extend(sizes)
+    elif obstacle.shape == "sphere":
+        (obstacle.radius,) = sizes
+    else:
+        obstacle.height, obstacle.radius = sizes
+    return obstacle
+
+
+def _scene(inbox: Inbox) -> Scene:
+    newest = inbox.latest(topics.SCENE_STATE)
+    return newest.message if newest else Scene()
+
+
+def task_state(inbox: Inbox) -> TaskState:
+    """Return the newest state of the run."""
+    newest = inbox.latest(topics.TASK_STATE)
+    return newest.message if newest else TaskState()

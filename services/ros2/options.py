@@ -1,0 +1,28 @@
+"""Command-line options of the ROS 2 node, beside those of every service."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+
+from shared.ros2.router import DEFAULT_ROUTER
+
+
+def _domain() -> int:
+    text = os.environ.get("ROS_DOMAIN_ID", "0")
+    return int(text) if text.isdecimal() else 0
+
+
+@dataclass(frozen=True)
+class Ros2Options:
+    """Place of the node in the graph, and what it may do."""
+
+    router: str = DEFAULT_ROUTER
+    """Zenoh endpoint of ROS 2's router; where none answers, the node serves one there."""
+    domain: int = field(default_factory=_domain)
+    """Domain of the graph; by default ROS_DOMAIN_ID."""
+    ros_namespace: str = "/lariat"
+    """Namespace of the node and of its topics that are not common to all robots."""
+    commands: bool = False
+    """Whether ROS 2 nodes may set goals and obstacles, start, pause, stop and reset; arms are armed
+    and resumed by a person at page or terminal in any case."""

@@ -1,0 +1,141 @@
+"""ROS 2 node on the bus: publishes the cell's state, and passes commands on if it is allowed to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from lariat.scenario import Scenario
+from lariat.trajectory import SECOND
+from services.ros2.commands import Commands
+from services.ros2.options import Ros2Options
+from services.ros2.rope_action import RopeAction
+from shared import topics
+from shared.cell_description import cell_urdf
+from shared.door import Door
+from shared.frames import Frames
+from shared.ros2.node import Node, Publisher
+from shared.ros2.outputs import ROBOT_DESCRIPTION, Output, outputs, robot_description
+from shared.ros2.wire import LATCHED
+from shared.runtime.service import Inbox, Publication
+from shared.topics import Topic
+
+PROCESSES = ("sim", "camera", "perception", "planner", "controller", "robot_gateway", "recorder")
+"""Processes whose health is shown."""
+DRAWN = ("rope", "truth", "goal", "prediction", "path", "obstacles")
+"""Names of the drawing's clouds, beside those of the cameras."""
+REFRESH_PERIOD = SECOND
+"""Time after which fixed frames are published again [ns]."""
+
+
+class Ros2Service:
+    """Node whose steps publish what is new and take what has come."""
+
+    name = "ros2"
+    reads: Sequence[Topic] = ()
+    writes: Sequence[Topic] = Commands.writes
+    rate = 30.0
+    latency = 0.0
+
+    def __init__(self, scenario: Scenario, session: str, options: Ros2Options) -> None:
+        """Prepare the node, which `warm_up` starts."""
+        self.door = Door()
+        self._options = options
+        self._frames = Frames(scenario)
+        self._urdf = cell_urdf(scenario)
+        self._table = [
+            (source, output) for output in outputs() for source in _sources(output.source, scenario)
+        ]
+        sources = {source.key: source for source, _ in self._table}
+        # Frames are computed here: a cell without recorder has no drawing.
+        for drawn in (topics.VIEW_TRANSFORMS, topics.VIEW_JOINTS):
+            del sources[drawn.key]
+        sources |= {topic.key: topic for topic in (topics.ARM_STATE, *Commands.reads)}
+        self.reads = tuple(sources.values())
+        self.writes = Commands.writes if options.commands else ()
+        self._session = session
+        self._publishers: dict[tuple[str, str], Publisher] = {}
+        self._node: Node | None = None
+        self._commands: Commands | None = None
+        self._action: RopeAction | None = None
+        self._refreshed = -REFRESH_PERIOD
+        self.note = ""
+
+    def warm_up(self) -> None:
+        """Join the graph.
+
+        Raises:
+            BusError: No router answers, and none can be served.
+        """
+        options = self._options
+        node = Node("lariat", options.ros_namespace, options.domain, options.router, self.door)
+        self._node = node
+        by_name: dict[str, Publisher] = {}
+        for source, output in self._table:
+            name = output.name_for(source.key)
+            if name not in by_name:
+                by_name[name] = node.publisher(name, output.type, output.qos)
+            self._publishers[source.key, output.name] = by_name[name]
+        # A latched message lives as long as its publisher.
+        self._description = node.publisher(ROBOT_DESCRIPTION, "std_msgs/msg/String", LATCHED)
+        self._description.put(robot_description(self._urdf))
+        if options.commands:
+            self._commands = Commands(node, self._session)
+            self._action = RopeAction(node, self._commands)
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        """Publish what is new to ROS 2, and pass on what it asks for."""
+        for source, output in self._table:
+            for message in self._new(inbox, source, now):
+                self._publish(source, output, message)
+        if now - self._refreshed >= REFRESH_PERIOD:
+            self._refreshed = now
+        if self._commands is not None and self._action is not None:
+            self._action.step(inbox, now)
+            yield from self._commands.step(inbox, now)
+
+    def close(self) -> None:
+        """Leave the graph."""
+        if self._node is not None:
+            self._node.close()
+
+    def _new(self, inbox: Inbox, source: Topic, now: int) -> Iterator[object]:
+        """Messages of a source since the last step."""
+        if source in (topics.VIEW_TRANSFORMS, topics.VIEW_JOINTS):
+            arms = inbox.every(topics.ARM_STATE)
+            newest = arms[-1].message if arms else None
+            fixed = now - self._refreshed >= REFRESH_PERIOD
+            if source == topics.VIEW_TRANSFORMS and (newest or fixed):
+                yield self._frames.transforms(newest, now, fixed)
+            elif source == topics.VIEW_JOINTS and newest:
+                yield self._frames.joints(newest, now)
+        elif source.buffering == "every":
+            yield from (item.message for item in inbox.every(source))
+        elif (item := inbox.fresh(source)) is not None:
+            yield item.message
+
+    def _publish(self, source: Topic, output: Output, message: object) -> None:
+        publisher = self._publishers[source.key, output.name]
+        if not publisher.matched:
+            return
+        with self.door.guard(f"{source.key} for ROS 2"):
+            converted = output.convert(message)
+            if converted is not None:
+                publisher.put(converted)
+
+
+def _sources(source: Topic, scenario: Scenario) -> list[Topic]:
+    """Concrete topics of a source of the table."""
+    if "{" not in source.key:
+        return [source]
+    cameras = [camera.name for camera in scenario.camera_setups]
+    names: Sequence[str] = cameras
+    if source in (topics.HEALTH, topics.LOG):
+        names = PROCESSES
+    elif source == topics.VIEW_POINTS:
+        names = (*DRAWN, *cameras)
+    return [source.at(name) for name in names]
+
+
+def build(scenario: Scenario, session: str, options: Ros2Options | None = None) -> Ros2Service:
+    """Create the ROS 2 node of a scenario."""
+    return Ros2Service(scenario, session, options or Ros2Options())

@@ -1,0 +1,320 @@
+"""Node of ROS 2 with its publishers, subscriptions, services and clients.
+
+Nothing is called back: what has arrived waits in bounded rings until it is taken.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections import deque
+from collections.abc import Iterator
+from typing import Any
+
+import zenoh
+import zenoh.ext
+from zenoh.handlers import RingChannel
+
+from shared.bus import BusError
+from shared.bus.lingering import close_at_once
+from shared.door import Door
+from shared.ros2.router import DEFAULT_ROUTER
+from shared.ros2.types import decoded, encoded
+from shared.ros2.wire import SERVICE, Attachment, Entity, Kind, NodeEntity, Qos
+
+ROUTER_TIMEOUT = 1.0
+"""Longest wait for a router before one is served [s]."""
+MAX_MESSAGE_SIZE = 2**25 + 2**16
+"""Largest message that is taken [bytes]: a depth image of 4096 x 4096 pixels, with its header."""
+REQUEST_CAPACITY = 32
+"""Number of requests that wait unread for a service."""
+HEARTBEAT = 0.5
+"""Period at which a reliable latched publisher tells the number of its newest sample [s]."""
+_CDR = zenoh.Encoding.APPLICATION_CDR
+
+
+class Node:
+    """Node in a Zenoh session of its own."""
+
+    def __init__(
+        self,
+        name: str,
+        namespace: str = "",
+        domain: int = 0,
+        router: str = DEFAULT_ROUTER,
+        door: Door | None = None,
+    ) -> None:
+        """Join the graph; where no router answers, serve one for this machine.
+
+        Args:
+            name: Name of the node.
+            namespace: Namespace, `/cell`; empty for none.
+            domain: ROS_DOMAIN_ID.
+            router: Zenoh endpoint of the router.
+            door: Guard that counts what is refused.
+
+        Raises:
+            BusError: No router answers, and none can be served there.
+        """
+        self.door = door or Door()
+        self._session, self.serves_router = _joined(router)
+        close_at_once(self._session)
+        self._next_id = 0
+        self.entity = NodeEntity(domain, str(self._session.zid()), self._number(), namespace, name)
+        self._declared = [self._session.liveliness().declare_token(self.entity.token)]
+
+    def publisher(self, topic: str, kind: str, qos: Qos | None = None) -> Publisher:
+        """Return a publisher of a topic.
+
+        Args:
+            topic: Its name; one without leading slash lies in the node's namespace.
+            kind: Type of its messages, `std_msgs/msg/String`.
+            qos: Quality of service.
+        """
+        return Publisher(self._session, self._declare("MP", topic, kind, qos or Qos()))
+
+    def subscription(self, topic: str, kind: str, qos: Qos | None = None) -> Subscription:
+        """Return a subscription to a topic; see `publisher`."""
+        return Subscription(
+            self._session, self._declare("MS", topic, kind, qos or Qos()), self.door
+        )
+
+    def service(self, name: str, kind: str) -> Service:
+        """Return the server of a service; see `publisher`."""
+        return Service(self._session, self._declare("SS", name, kind, SERVICE), self.door)
+
+    def client(self, name: str, kind: str) -> Client:
+        """Return a client of a service; see `publisher`."""
+        return Client(self._session, self._declare("SC", name, kind, SERVICE))
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._session.close()
+
+    def _number(self) -> int:
+        self._next_id += 1
+        return self._next_id - 1
+
+    def _declare(self, kind: Kind, topic: str, type: str, qos: Qos) -> Entity:
+        whole = self.entity.resolved(topic)
+        entity = Entity(self.entity, self._number(), kind, whole, type, qos)
+        self._declared.append(self._session.liveliness().declare_token(entity.token))
+        return entity
+
+
+class Publisher:
+    """Publisher of one topic."""
+
+    def __init__(self, session: zenoh.Session, entity: Entity) -> None:
+        self.entity = entity
+        # Never wait for a reader.
+        if entity.qos.latched:
+            self._publisher: Any = zenoh.ext.declare_advanced_publisher(
+                session,
+                entity.key,
+                encoding=_CDR,
+                congestion_control=zenoh.CongestionControl.DROP,
+                cache=zenoh.ext.CacheConfig(max_samples=entity.qos.depth),
+                publisher_detection=True,
+                sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=HEARTBEAT),
+            )
+        else:
+            self._publisher = session.declare_publisher(
+                entity.key, encoding=_CDR, congestion_control=zenoh.CongestionControl.DROP
+            )
+        self._sequence = 0
+
+    @property
+    def matched(self) -> bool:
+        """Whether anybody subscribes, or may come later for a latched topic's last message."""
+        return self.entity.qos.latched or self._publisher.matching_status.matching
+
+    def put(self, message: Any) -> None:
+        """Publish a message of the topic's type."""
+        self._sequence += 1
+        attachment = Attachment(self._sequence, time.time_ns(), self.entity.gid)
+        self._publisher.put(encoded(message), attachment=attachment.encoded())
+
+
+class Subscription:
+    """Subscription to one topic."""
+
+    def __init__(self, session: zenoh.Session, entity: Entity, door: Door) -> None:
+        self.entity = entity
+        self._door = door
+        ring = RingChannel(entity.qos.depth)
+        if entity.qos.latched:
+            self._subscriber: Any = zenoh.ext.declare_advanced_subscriber(
+                session,
+                entity.key,
+                ring,
+                history=zenoh.ext.HistoryConfig(detect_late_publishers=True),
+                recovery=zenoh.ext.RecoveryConfig(heartbeat=True),
+                subscriber_detection=True,
+            )
+        else:
+            self._subscriber = session.declare_subscriber(entity.key, ring)
+
+    def take(self) -> Iterator[Any]:
+        """Yield the messages since the last call, those of its depth at most."""
+        for _ in range(self.entity.qos.depth):
+            sample = self._subscriber.try_recv()
+            if sample is None:
+                return
+            with self._door.guard(f"ROS 2 {self.entity.topic}"):
+                message = _content(sample.payload, sample.attachment, self.entity.type)[0]
+                yield message
+
+
+class Request:
+    """Request of a client, which is answered now or later."""
+
+    def __init__(self, query: zenoh.Query, entity: Entity, message: Any, asked: Attachment) -> None:
+        self.message = message
+        """Message of the request."""
+        self._query = query
+        self._entity = entity
+        self._asked = asked
+
+    def reply(self, response: Any) -> None:
+        """Answer, once."""
+        attachment = Attachment(self._asked.sequence, time.time_ns(), self._asked.gid)
+        self._query.reply(
+            self._entity.key, encoded(response), encoding=_CDR, attachment=attachment.encoded()
+        )
+        self._query.drop()
+
+    def refuse(self, reason: str) -> None:
+        """Answer with an error."""
+        self._query.reply_err(reason.encode())
+        self._query.drop()
+
+
+class Service:
+    """Server of one service."""
+
+    def __init__(self, session: zenoh.Session, entity: Entity, door: Door) -> None:
+        self.entity = entity
+        self._door = door
+        self._queryable = session.declare_queryable(
+            entity.key, RingChannel(REQUEST_CAPACITY), complete=True
+        )
+
+    def take(self) -> Iterator[Request]:
+        """Yield the requests since the last call; of a flood, the newest."""
+        for _ in range(REQUEST_CAPACITY):
+            query = self._queryable.try_recv()
+            if query is None:
+                return
+            with self._door.guard(f"ROS 2 {self.entity.topic}") as outcome:
+                content = _content(query.payload, query.attachment, f"{self.entity.type}_Request")
+            if outcome.refusal:
+                query.reply_err(outcome.refusal.encode())
+                query.drop()
+            else:
+                yield Request(query, self.entity, *content)
+
+
+class Call:
+    """Call of a service that has been sent."""
+
+    def __init__(self, kind: str, timeout: float) -> None:
+        self.replies: deque[zenoh.Reply] = deque(maxlen=1)
+        self._kind = kind
+        self._deadline = time.monotonic() + timeout
+
+    def take(self) -> Any | None:
+        """Return the response; None before it has come.
+
+        Raises:
+            ValueError: The service refuses the call, or answers nonsense.
+            TimeoutError: No answer came in time, or there is no such service.
+        """
+        if not self.replies:
+            if time.monotonic() > self._deadline:
+                raise TimeoutError("the service has not answered in time")
+            return None
+        reply = self.replies[0]
+        if reply.ok is None:
+            reason = reply.err.payload.to_bytes().decode(errors="replace")
+            raise TimeoutError(reason) if reason == "Timeout" else ValueError(reason)
+        return _content(reply.ok.payload, reply.ok.attachment, self._kind)[0]
+
+
+class Client:
+    """Client of one service."""
+
+    def __init__(self, session: zenoh.Session, entity: Entity) -> None:
+        self.entity = entity
+        self._session = session
+        self._querier = session.declare_querier(entity.key, target=zenoh.QueryTarget.ALL_COMPLETE)
+        self._sequence = 0
+
+    @property
+    def matched(self) -> bool:
+        """Whether a server is there."""
+        return self._querier.matching_status.matching  # pyright: ignore[reportAttributeAccessIssue]
+
+    def call(self, request: Any, timeout: float) -> Call:
+        """Send a request; its response is waited for until `timeout` [s]."""
+        self._sequence += 1
+        attachment = Attachment(self._sequence, time.time_ns(), self.entity.gid)
+        call = Call(f"{self.entity.type}_Response", timeout)
+        self._session.get(
+            self.entity.key,
+            call.replies.append,
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=timeout,
+            payload=encoded(request),
+            encoding=_CDR,
+            attachment=attachment.encoded(),
+        )
+        return call
+
+
+def _content(payload: Any, attachment: Any, kind: str) -> tuple[Any, Attachment]:
+    """Message and attachment of a sample, request or reply.
+
+    Raises:
+        ValueError: It is not of the convention or not of this type.
+    """
+    if payload is None or attachment is None:
+        raise ValueError("it has no payload or attachment, as those of rmw_zenoh have")
+    found = Attachment.decoded(attachment.to_bytes())
+    return decoded(payload.to_bytes(), kind), found
+
+
+def _joined(router: str) -> tuple[zenoh.Session, bool]:
+    """Session of a router, and whether it is the router itself."""
+    try:
+        return zenoh.open(_configuration("peer", router)), False
+    except zenoh.ZError:
+        pass
+    try:
+        return zenoh.open(_configuration("router", router)), True
+    except zenoh.ZError as error:
+        reason = str(error).splitlines()[0]
+        raise BusError(
+            f"no ROS 2 router answers at {router}, and none can be served there: {reason}"
+        ) from None
+
+
+def _configuration(mode: str, router: str) -> zenoh.Config:
+    settings: dict[str, Any] = {
+        "mode": mode,
+        "connect/endpoints": [router] if mode == "peer" else [],
+        "connect/timeout_ms": int(1e3 * ROUTER_TIMEOUT),
+        "connect/exit_on_failure": True,
+        "listen/endpoints": ["tcp/127.0.0.1:0"] if mode == "peer" else [router],
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": True,
+        # Latched publishers answer with stamped samples.
+        "timestamping/enabled": True,
+        "transport/shared_memory/enabled": False,
+        "transport/link/rx/max_message_size": MAX_MESSAGE_SIZE,
+    }
+    config = zenoh.Config()
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    return config

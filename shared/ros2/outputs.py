@@ -1,0 +1,434 @@
+"""Table of what ROS 2 gets: topics of the bus, and the ROS 2 messages that stand for theirs.
+
+Live cells and exports of recordings use the same table. Frames, curves and bodies come from the
+drawing of the cell. Stamps are of the system's clock, in the frame `world` where a message has no
+other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
+from jaxtyping import Float64
+
+from lariat.geometry import polylines, poses
+from shared import topics
+from shared.cell_description import GRIP, WORLD_FRAME, frame_name
+from shared.messages import (
+    Health,
+    NodeChain,
+    OtherRopes,
+    Path,
+    Plan,
+    RunState,
+    Setpoints,
+    TaskState,
+    chain,
+    from_timestamp,
+)
+from shared.ros2.markers import Markers
+from shared.ros2.types import duration, header, pose, quaternion, ros, time, vector
+from shared.ros2.wire import LATCHED, SENSOR, Qos
+from shared.topics import Topic
+
+LOG_LEVELS = {
+    Log.Level.DEBUG: 10,
+    Log.Level.INFO: 20,
+    Log.Level.WARNING: 30,
+    Log.Level.ERROR: 40,
+    Log.Level.FATAL: 50,
+}
+"""Levels of rcl_interfaces/Log."""
+FLOAT32, UINT32 = 7, 6
+"""Data types of sensor_msgs/PointField."""
+COLORED_POINT = np.dtype([("position", "<f4", 3), ("color", "u1", 4)])
+"""Point of a drawn cloud, with red, green, blue, alpha."""
+ROBOT_DESCRIPTION = "/robot_description"
+"""Topic of the cell's URDF, latched."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """ROS 2 topic whose messages stand for those of a topic of the bus."""
+
+    source: Topic
+    """Topic of the bus."""
+    name: str
+    """Name of the ROS 2 topic; `{name}` is filled as in the source's key."""
+    type: str
+    """Type of its messages."""
+    meaning: str
+    """What it tells."""
+    convert: Callable[[Any], Any | None]
+    """Conversion of a message; None where nothing stands for it."""
+    qos: Qos = Qos()
+    """Quality of service."""
+    recorded: bool = True
+    """Whether exports of recordings have it as well."""
+
+    def name_for(self, key: str) -> str:
+        """Return the name for a concrete key of the source."""
+        mine, other = self.source.key.split("/"), key.split("/")
+        for part, value in zip(mine, other, strict=True):
+            if part.startswith("{"):
+                return self.name.replace("{name}", value)
+        return self.name
+
+
+def outputs() -> tuple[Output, ...]:
+    """Return the table, with converters of its own; those of markers have a state."""
+    t = topics
+    return (
+        Output(t.VIEW_TRANSFORMS, "/tf", "tf2_msgs/msg/TFMessage",
+               "frames of links and grips", _moving_frames, Qos(depth=100)),
+        Output(t.VIEW_TRANSFORMS, "/tf_static", "tf2_msgs/msg/TFMessage",
+               "frames of cameras and bases", _fixed_frames, LATCHED),
+        Output(t.VIEW_JOINTS, "/joint_states", "sensor_msgs/msg/JointState",
+               "joint angles [rad]", _joint_state),
+        Output(t.ROPE_NODES, "rope/points", "sensor_msgs/msg/PointCloud2",
+               "rope: x, y, z, arc length s, standard deviation sigma [m]", _rope_points),
+        Output(t.ROPE_NODES, "rope/poses", "geometry_msgs/msg/PoseArray",
+               "rope's nodes from left to right, z along it", _rope_poses),
+        Output(t.ROPE_OTHERS, "rope/others", "sensor_msgs/msg/PointCloud2",
+               "other ropes: x, y, z [m], id", _other_ropes),
+        Output(t.TASK_STATE, "goal/poses", "geometry_msgs/msg/PoseArray",
+               "goal's nodes from left to right, z along it", _goal_poses),
+        Output(t.CONTROLLER_PATH, "controller/path",
+               "trajectory_msgs/msg/MultiDOFJointTrajectory", "planned path of the grips", _path),
+        Output(t.CONTROLLER_PLAN, "controller/prediction", "geometry_msgs/msg/PoseArray",
+               "rope at the end of the controller's horizon", _prediction),
+        Output(t.ARM_SETPOINTS, "arm/setpoints", "trajectory_msgs/msg/MultiDOFJointTrajectory",
+               "commanded motion of the grips", _setpoints),
+        Output(t.CAMERA_COLOR, "camera/{name}/color/image_raw", "sensor_msgs/msg/Image",
+               "colour image", _decoded_image, SENSOR, recorded=False),
+        Output(t.CAMERA_COLOR, "camera/{name}/color/image_raw/compressed",
+               "sensor_msgs/msg/CompressedImage", "colour image", _compressed_image, SENSOR),
+        Output(t.CAMERA_DEPTH, "camera/{name}/depth/image_raw", "sensor_msgs/msg/Image",
+               "depth registered to colour [mm]", _image, SENSOR),
+        Output(t.CAMERA_CALIBRATION, "camera/{name}/color/camera_info",
+               "sensor_msgs/msg/CameraInfo", "intrinsics", _camera_info),
+        Output(t.CAMERA_CALIBRATION, "camera/{name}/depth/camera_info",
+               "sensor_msgs/msg/CameraInfo", "intrinsics", _camera_info),
+        Output(t.VIEW_SCENE, "view/markers", "visualization_msgs/msg/MarkerArray",
+               "drawing: rope, goal, path, obstacles, arms", Markers().converted),
+        Output(t.VIEW_POINTS, "view/points/{name}", "sensor_msgs/msg/PointCloud2",
+               "drawing of curves and depth as points", _colored_points),
+        Output(t.HEALTH, "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray",
+               "health of the processes", _health),
+        Output(t.TASK_STATE, "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray",
+               "state of the run, error and clearance [m]", _task),
+        Output(t.LOG, "/rosout", "rcl_interfaces/msg/Log", "log", _log),
+    )  # fmt: skip
+
+
+def converted(table: tuple[Output, ...], key: str, message: Any) -> Iterator[tuple[Output, Any]]:
+    """Yield what stands for a message of a recording, each with its row of the table."""
+    for output in table:
+        if output.recorded and output.source.matches(key):
+            answer = output.convert(message)
+            if answer is not None:
+                yield output, answer
+
+
+def robot_description(urdf: str) -> Any:
+    """Return the message with a URDF."""
+    return ros("std_msgs/msg/String", data=urdf)
+
+
+def _moving_frames(message: FrameTransforms) -> Any | None:
+    return _frames([t for t in message.transforms if not _is_fixed(t)])
+
+
+def _fixed_frames(message: FrameTransforms) -> Any | None:
+    return _frames([t for t in message.transforms if _is_fixed(t)])
+
+
+def _is_fixed(t: FrameTransform) -> bool:
+    return t.parent_frame_id == WORLD_FRAME and not t.child_frame_id.endswith(f"/{GRIP}")
+
+
+def _frames(found: list[FrameTransform]) -> Any | None:
+    transforms = [
+        ros(
+            "geometry_msgs/msg/TransformStamped",
+            header=header(from_timestamp(t.timestamp), t.parent_frame_id),
+            child_frame_id=t.child_frame_id,
+            transform=_transform(
+                (t.translation.x, t.translation.y, t.translation.z),
+                (t.rotation.w, t.rotation.x, t.rotation.y, t.rotation.z),
+            ),
+        )
+        for t in found
+    ]
+    return ros("tf2_msgs/msg/TFMessage", transforms=transforms) if transforms else None
+
+
+def _transform(position: Any, orientation: Any) -> Any:
+    return ros(
+        "geometry_msgs/msg/Transform",
+        translation=vector(position),
+        rotation=quaternion(orientation),
+    )
+
+
+def _joint_state(message: JointStates) -> Any:
+    return ros(
+        "sensor_msgs/msg/JointState",
+        header=header(from_timestamp(message.timestamp), ""),
+        name=[joint.name for joint in message.joints],
+        position=np.array([joint.position for joint in message.joints]),
+        velocity=np.zeros(0),
+        effort=np.zeros(0),
+    )
+
+
+def _rope_points(message: NodeChain) -> Any | None:
+    nodes = chain(message.positions)
+    if not len(nodes):
+        return None
+    sigma = message.sigma if len(message.sigma) == len(nodes) else np.full(len(nodes), np.nan)
+    columns = np.column_stack([nodes, polylines.arc_lengths(nodes), sigma])
+    return _cloud(message.stamp, columns, ("x", "y", "z", "s", "sigma"))
+
+
+def _other_ropes(message: OtherRopes) -> Any:
+    rows = [np.zeros((0, 4))]
+    for rope in message.ropes:
+        for line in rope.lines:
+            points = chain(line.positions)
+            rows.append(np.column_stack([points, np.full(len(points), rope.id)]))
+    return _cloud(message.stamp, np.concatenate(rows), ("x", "y", "z", "id"))
+
+
+def _cloud(stamp: int, columns: Float64[np.ndarray, "n k"], names: tuple[str, ...]) -> Any:
+    """Cloud of points in the world with 32-bit numbers, a column for each name."""
+    fields = [(name, 4 * k, FLOAT32) for k, name in enumerate(names)]
+    data = np.ascontiguousarray(columns, "<f4")
+    return _point_cloud(header(stamp, WORLD_FRAME), fields, len(data), data.view(np.uint8).ravel())
+
+
+def _rope_poses(message: NodeChain) -> Any | None:
+    return _pose_array(message.stamp, chain(message.positions))
+
+
+def _goal_poses(message: TaskState) -> Any | None:
+    return _pose_array(message.stamp, chain(message.goal.positions))
+
+
+def _prediction(message: Plan) -> Any | None:
+    return _pose_array(message.stamp, chain(message.nodes)[-message.node_count :])
+
+
+def _pose_array(stamp: int, nodes: Float64[np.ndarray, "n 3"]) -> Any | None:
+    """Poses of nodes, z along the chain."""
+    if len(nodes) < 2:
+        return None
+    tangents = poses.normalized(np.gradient(nodes, axis=0))
+    turns = poses.rotation_between(np.array([0.0, 0.0, 1.0]), tangents)
+    return ros(
+        "geometry_msgs/msg/PoseArray",
+        header=header(stamp, WORLD_FRAME),
+        poses=[pose(node, turn) for node, turn in zip(nodes, turns, strict=True)],
+    )
+
+
+def _colored_points(message: PointCloud) -> Any:
+    points = np.frombuffer(message.data, COLORED_POINT).copy()
+    # RViz takes the colour as one number, blue in its lowest byte.
+    points["color"] = points["color"][:, [2, 1, 0, 3]]
+    fields = [("x", 0, FLOAT32), ("y", 4, FLOAT32), ("z", 8, FLOAT32), ("rgba", 12, UINT32)]
+    heading = header(from_timestamp(message.timestamp), message.frame_id)
+    return _point_cloud(heading, fields, len(points), points.view(np.uint8))
+
+
+def _point_cloud(heading: Any, fields: list[tuple[str, int, int]], count: int, data: Any) -> Any:
+    step = 4 * len(fields)
+    return ros(
+        "sensor_msgs/msg/PointCloud2",
+        header=heading,
+        height=1,
+        width=count,
+        fields=[
+            ros("sensor_msgs/msg/PointField", name=name, offset=offset, datatype=kind, count=1)
+            for name, offset, kind in fields
+        ],
+        is_bigendian=False,
+        point_step=step,
+        row_step=count * step,
+        data=data,
+        is_dense=True,
+    )
+
+
+def _compressed_image(message: CompressedImage) -> Any:
+    return ros(
+        "sensor_msgs/msg/CompressedImage",
+        header=header(from_timestamp(message.timestamp), message.frame_id),
+        format=message.format,
+        data=np.frombuffer(message.data, np.uint8),
+    )
+
+
+def _decoded_image(message: CompressedImage) -> Any | None:
+    image = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
+    if image is None:
+        return None
+    height, width = image.shape[:2]
+    heading = header(from_timestamp(message.timestamp), message.frame_id)
+    return _raw_image(heading, height, width, "bgr8", 3 * width, image.ravel())
+
+
+def _image(message: RawImage) -> Any:
+    heading = header(from_timestamp(message.timestamp), message.frame_id)
+    data = np.frombuffer(message.data, np.uint8)
+    return _raw_image(heading, message.height, message.width, message.encoding, message.step, data)
+
+
+def _raw_image(heading: Any, height: int, width: int, encoding: str, step: int, data: Any) -> Any:
+    return ros(
+        "sensor_msgs/msg/Image",
+        header=heading,
+        height=height,
+        width=width,
+        encoding=encoding,
+        is_bigendian=0,
+        step=step,
+        data=data,
+    )
+
+
+def _camera_info(message: CameraCalibration) -> Any:
+    region = ros(
+        "sensor_msgs/msg/RegionOfInterest",
+        x_offset=0,
+        y_offset=0,
+        height=0,
+        width=0,
+        do_rectify=False,
+    )
+    return ros(
+        "sensor_msgs/msg/CameraInfo",
+        header=header(from_timestamp(message.timestamp), message.frame_id),
+        height=message.height,
+        width=message.width,
+        distortion_model=message.distortion_model,
+        d=np.array(message.D),
+        k=_filled(message.K, 9),
+        r=_filled(message.R, 9),
+        p=_filled(message.P, 12),
+        binning_x=0,
+        binning_y=0,
+        roi=region,
+    )
+
+
+def _filled(values: Any, count: int) -> np.ndarray:
+    return np.array(values, float) if len(values) == count else np.zeros(count)
+
+
+def _health(message: Health) -> Any:
+    values = {
+        "step_p99_ms": message.step_p99_ms,
+        "period_ms": message.period_ms,
+        "overruns": message.overruns,
+        "drops": message.drops,
+        "refused": message.refused,
+    }
+    return _diagnostics(message.stamp, message.service, message.note, bool(message.note), values)
+
+
+def _task(message: TaskState) -> Any:
+    values = {
+        "state": RunState.Name(message.state),
+        "error": message.error,
+        "clearance": message.clearance,
+        "goal_revision": message.goal_revision,
+    }
+    failed = message.state == RunState.Value("FAILED")
+    return _diagnostics(message.stamp, "run", message.reason, failed, values)
+
+
+def _diagnostics(stamp: int, name: str, text: str, warns: bool, values: dict[str, object]) -> Any:
+    kind = "diagnostic_msgs/msg"
+    status = ros(
+        f"{kind}/DiagnosticStatus",
+        level=1 if warns else 0,
+        name=f"lariat: {name}",
+        message=text,
+        hardware_id="",
+        values=[ros(f"{kind}/KeyValue", key=key, value=f"{v}") for key, v in values.items()],
+    )
+    return ros(f"{kind}/DiagnosticArray", header=header(stamp, ""), status=[status])
+
+
+def _log(message: Log) -> Any:
+    return ros(
+        "rcl_interfaces/msg/Log",
+        stamp=time(from_timestamp(message.timestamp)),
+        level=LOG_LEVELS.get(message.level, 0),
+        name=message.name,
+        msg=message.message,
+        file=message.file,
+        function="",
+        line=message.line,
+    )
+
+
+def _path(message: Path) -> Any | None:
+    if not message.dt:
+        return None
+    grips = {
+        "left": (message.left_positions, message.left_orientations),
+        "right": (message.right_positions, message.right_orientations),
+    }
+    return _trajectory(grips, message.stamp, 0, message.dt)
+
+
+def _setpoints(message: Setpoints) -> Any | None:
+    if not message.arms:
+        return None
+    grips = {arm.arm: (arm.positions, arm.orientations) for arm in message.arms}
+    return _trajectory(grips, message.stamp, message.t0 - message.stamp, message.dt)
+
+
+def _trajectory(grips: dict[str, tuple[Any, Any]], stamp: int, first: int, dt: int) -> Any:
+    """Trajectory of the grips.
+
+    Args:
+        grips: Flat positions [m] and orientations wxyz by side.
+        stamp: Time that the trajectory counts from [ns].
+        first: Time of the first point [ns].
+        dt: Time between two points [ns].
+    """
+    arrays = [
+        (np.reshape(positions, (-1, 3)), np.reshape(orientations, (-1, 4)))
+        for positions, orientations in grips.values()
+    ]
+    points = [
+        ros(
+            "trajectory_msgs/msg/MultiDOFJointTrajectoryPoint",
+            transforms=[_transform(positions[k], turns[k]) for positions, turns in arrays],
+            velocities=[],
+            accelerations=[],
+            time_from_start=duration(first + k * dt),
+        )
+        for k in range(min(len(positions) for positions, _ in arrays))
+    ]
+    return ros(
+        "trajectory_msgs/msg/MultiDOFJointTrajectory",
+        header=header(stamp, WORLD_FRAME),
+        joint_names=[frame_name(side, GRIP) for side in grips],
+        points=points,
+    )

@@ -1,0 +1,193 @@
+"""Types of ROS 2 by their name, e.g. `sensor_msgs/msg/JointState`: construction, CDR and hashes.
+
+Messages of the common packages come from `rosbags`; services and actions are defined here from the
+text of their files.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from lariat.trajectory import SECOND
+from shared.ros2.interfaces import ACTIONS, MESSAGES, SERVICES
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+"""Definitions of the messages; those that Lariat uses are the same from Humble to Lyrical."""
+ACTION_PACKAGE = Path(__file__).parent / "lariat_interfaces"
+"""Package for colcon with Lariat's own actions."""
+CDR_HEADER = b"\x00\x01\x00\x00"
+"""First bytes of every message."""
+MAX_PADDING = 64
+"""Most bytes after the last field of a message."""
+SHAPE_ROPE = "lariat_interfaces/action/ShapeRope"
+"""Action that sets a goal and reports until the rope has it."""
+
+
+def define_message(name: str, text: str) -> None:
+    """Define a message from the text of its file, in which types have their whole names."""
+    _register({name: text})
+
+
+def define_service(name: str, text: str) -> None:
+    """Define a service from the text of its file: request, `---`, response."""
+    request, response = text.split("---")
+    _register(
+        {
+            f"{name}_Request": request,
+            f"{name}_Response": response,
+            f"{name}_Event": f"service_msgs/msg/ServiceEventInfo info\n"
+            f"{name}_Request[<=1] request\n{name}_Response[<=1] response",
+            name: f"{name}_Request request_message\n{name}_Response response_message\n"
+            f"{name}_Event event_message",
+        }
+    )
+
+
+def define_action(name: str, text: str) -> None:
+    """Define an action from the text of its file: goal, `---`, result, `---`, feedback."""
+    goal, result, feedback = text.split("---")
+    parts = {"Goal": goal, "Result": result, "Feedback": feedback}
+    _register({f"{name}_{part}": fields for part, fields in parts.items()})
+    uuid = "unique_identifier_msgs/msg/UUID goal_id\n"
+    stamp = "builtin_interfaces/msg/Time stamp"
+    define_service(f"{name}_SendGoal", f"{uuid}{name}_Goal goal\n---\nbool accepted\n{stamp}")
+    define_service(f"{name}_GetResult", f"{uuid}---\nint8 status\n{name}_Result result")
+    define_message(f"{name}_FeedbackMessage", f"{uuid}{name}_Feedback feedback")
+
+
+def ros(kind: str, **fields: Any) -> Any:
+    """Create a message, e.g. `ros("std_msgs/msg/String", data="")`."""
+    return STORE.types[kind](**fields)
+
+
+def encoded(message: Any) -> bytes:
+    """Return the CDR of a message."""
+    return bytes(STORE.serialize_cdr(message, message.__msgtype__, little_endian=True))
+
+
+def decoded(payload: bytes, kind: str) -> Any:
+    """Return the message of a CDR.
+
+    Raises:
+        ValueError: The bytes are not a message of this type.
+    """
+    try:
+        definition = STORE.get_msgdef(kind)
+        if payload[:4] != CDR_HEADER:
+            raise ValueError("it is not little-endian CDR")
+        message, end = definition.deserialize_cdr_le(payload[4:], 0, definition.cls, STORE)
+        # Fast CDR makes room for the alignment of elements that empty sequences do not have.
+        if len(payload) - 4 - end > MAX_PADDING:
+            raise ValueError(f"it has {len(payload) - 4 - end} bytes too many")
+    # A message of others can fail in any way.
+    except Exception as error:
+        raise ValueError(f"{len(payload)} bytes are no {kind}: {error}") from None
+    return message
+
+
+@cache
+def type_hash(kind: str) -> str:
+    """Return the hash of a message or service (REP 2011), `RIHS01_…`."""
+    return STORE.hash_rihs01(kind)
+
+
+def dds_name(kind: str) -> str:
+    """Return the name of a type on the wire, e.g. `std_msgs::msg::dds_::String_`."""
+    package, folder, name = kind.split("/")
+    return f"{package}::{folder}::dds_::{name}_"
+
+
+def time(stamp: int) -> Any:
+    """Return a time [ns] as a message."""
+    return ros("builtin_interfaces/msg/Time", sec=stamp // SECOND, nanosec=stamp % SECOND)
+
+
+def nanoseconds(message: Any) -> int:
+    """Return a Time or Duration [ns]."""
+    return message.sec * SECOND + message.nanosec
+
+
+def duration(length: int) -> Any:
+    """Return a duration [ns] as a message."""
+    return ros("builtin_interfaces/msg/Duration", sec=length // SECOND, nanosec=length % SECOND)
+
+
+def header(stamp: int, frame: str) -> Any:
+    """Return the header of a message that describes a time [ns]."""
+    return ros("std_msgs/msg/Header", stamp=time(stamp), frame_id=frame)
+
+
+def vector(xyz: Any) -> Any:
+    """Return three numbers as geometry_msgs/Vector3."""
+    x, y, z = map(float, xyz)
+    return ros("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
+
+
+def point(xyz: Any) -> Any:
+    """Return three numbers as geometry_msgs/Point [m]."""
+    x, y, z = map(float, xyz)
+    return ros("geometry_msgs/msg/Point", x=x, y=y, z=z)
+
+
+def quaternion(wxyz: Any) -> Any:
+    """Return a quaternion wxyz as geometry_msgs/Quaternion."""
+    w, x, y, z = map(float, wxyz)
+    return ros("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+
+
+def pose(position: Any, orientation: Any) -> Any:
+    """Return a position [m] and a quaternion wxyz as geometry_msgs/Pose."""
+    return ros(
+        "geometry_msgs/msg/Pose", position=point(position), orientation=quaternion(orientation)
+    )
+
+
+def xyz(message: Any) -> tuple[float, float, float]:
+    """Return the numbers of a Point or Vector3."""
+    return message.x, message.y, message.z
+
+
+def wxyz(message: Any) -> tuple[float, float, float, float]:
+    """Return the quaternion of a Quaternion."""
+    return message.w, message.x, message.y, message.z
+
+
+def _register(texts: dict[str, str]) -> None:
+    definitions: dict[str, Any] = {}
+    for name, text in texts.items():
+        definitions |= get_types_from_msg(text, name)
+    STORE.register(_named(definitions))
+
+
+def _named(definition: Any) -> Any:
+    """Definition without the folder `msg` that `rosbags` adds to names of services and actions."""
+    if isinstance(definition, str):
+        return definition.replace("/srv/msg/", "/srv/").replace("/action/msg/", "/action/")
+    if isinstance(definition, dict):
+        return {_named(key): _named(value) for key, value in definition.items()}
+    if isinstance(definition, tuple | list):
+        return type(definition)(map(_named, definition))
+    return definition
+
+
+# `char` is `uint8` in ROS 2, which the hash of every service contains.
+STORE.fielddefs |= get_types_from_msg(
+    """
+    uint8 event_type
+    builtin_interfaces/msg/Time stamp
+    uint8[16] client_gid
+    int64 sequence_number
+    """,
+    "service_msgs/msg/ServiceEventInfo",
+)
+for _name, _text in MESSAGES.items():
+    define_message(_name, _text)
+for _name, _text in SERVICES.items():
+    define_service(_name, _text)
+for _name, _text in ACTIONS.items():
+    define_action(_name, _text)
+define_action(SHAPE_ROPE, (ACTION_PACKAGE / "action/ShapeRope.action").read_text())

@@ -1,0 +1,147 @@
+"""Nodes: topics, latched topics and services between two sessions."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+
+import pytest
+import zenoh
+
+from shared.bus import BusError
+from shared.ros2.node import REQUEST_CAPACITY, Node
+from shared.ros2.types import encoded, ros
+from shared.ros2.wire import LATCHED, Attachment
+from tests.shared.cell import free_port, until
+from tests.shared.ros2.graph import Graph
+
+pytestmark = pytest.mark.live
+
+STRING, TRIGGER = "std_msgs/msg/String", "std_srvs/srv/Trigger"
+
+
+@pytest.fixture
+def graph() -> Iterator[Graph]:
+    with ExitStack() as stack:
+        yield Graph(stack)
+
+
+def text(data: str):
+    return ros(STRING, data=data)
+
+
+def test_the_first_node_serves_the_router_that_others_join(graph: Graph):
+    assert graph.first.serves_router
+    assert not graph.node("second").serves_router
+
+
+def test_a_port_without_router_that_is_taken_is_named():
+    import socket
+
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(BusError, match=str(port)):
+            Node("lonely", router=f"tcp/127.0.0.1:{port}")
+
+
+def test_messages_arrive_in_order_and_the_newest_are_kept(graph: Graph):
+    publisher = graph.first.publisher("/chatter", STRING)
+    subscription = graph.node("second").subscription("/chatter", STRING)
+    until(lambda: publisher.matched)
+    for k in range(15):
+        publisher.put(text(str(k)))
+    time.sleep(0.5)
+    kept = [m.data for m in subscription.take()]
+    assert kept == [str(k) for k in range(15 - subscription.entity.qos.depth, 15)]
+
+
+def test_who_comes_later_gets_the_last_latched_message(graph: Graph):
+    publisher = graph.first.publisher("/map", STRING, LATCHED)
+    publisher.put(text("old"))
+    publisher.put(text("new"))
+    subscription = graph.node("second").subscription("/map", STRING, LATCHED)
+    got: list[str] = []
+
+    def arrived() -> bool:
+        got.extend(m.data for m in subscription.take())
+        return bool(got)
+
+    until(arrived)
+    assert got == ["new"]
+
+
+def test_a_service_answers_now_or_later(graph: Graph):
+    service = graph.first.service("/start", TRIGGER)
+    client = graph.node("second", "/cell").client("/start", TRIGGER)
+    until(lambda: client.matched)
+    call = client.call(ros(f"{TRIGGER}_Request"), 20.0)
+    asked = []
+    until(lambda: asked.extend(service.take()) or asked)
+    assert call.take() is None
+    asked[0].reply(ros(f"{TRIGGER}_Response", success=True, message="started"))
+    answers = []
+    until(lambda: answers.append(call.take()) or answers[-1])
+    assert (answers[-1].success, answers[-1].message) == (True, "started")
+
+
+def test_a_service_that_is_not_there_does_not_answer(graph: Graph):
+    call = graph.first.client("/nowhere", TRIGGER).call(ros(f"{TRIGGER}_Request"), 0.2)
+    time.sleep(0.3)
+    with pytest.raises(TimeoutError):
+        call.take()
+
+
+def test_garbage_is_refused_and_counted_and_the_rest_arrives(graph: Graph):
+    subscription = graph.first.subscription("/chatter", STRING)
+    service = graph.first.service("/start", TRIGGER)
+    stranger = graph.node("stranger")
+    publisher = stranger.publisher("/chatter", STRING)
+    until(lambda: publisher.matched)
+    raw = publisher._publisher  # A stranger keeps to no convention.
+    good = Attachment(1, 0, bytes(16)).encoded()
+    raw.put(b"", attachment=good)
+    raw.put(b"\x00\x01\x00\x00\xff\xff\xff\xff", attachment=good)
+    raw.put(encoded(text("without attachment")))
+    raw.put(encoded(text("short")), attachment=b"1")
+    publisher.put(text("hello"))
+    got: list[str] = []
+    until(lambda: got.extend(m.data for m in subscription.take()) or got)
+    assert got == ["hello"]
+    assert graph.first.door.refused == 4
+    replies: list[zenoh.Reply] = []
+    stranger._session.get(
+        service.entity.key, replies.append, payload=b"nonsense", attachment=good, timeout=5.0
+    )
+    until(lambda: list(service.take()) or replies)
+    assert replies[0].err is not None
+    assert graph.first.door.refused == 5
+
+
+def test_a_flood_of_requests_is_bounded(graph: Graph):
+    service = graph.first.service("/start", TRIGGER)
+    client = graph.node("second").client("/start", TRIGGER)
+    until(lambda: client.matched)
+    calls = [client.call(ros(f"{TRIGGER}_Request"), 20.0) for _ in range(10 * REQUEST_CAPACITY)]
+    time.sleep(1.0)
+    assert len(list(service.take())) == REQUEST_CAPACITY
+    assert len(calls) == 10 * REQUEST_CAPACITY
+
+
+def test_domains_do_not_hear_each_other(graph: Graph):
+    publisher = graph.first.publisher("/chatter", STRING)
+    other = Node("other", domain=7, router=graph.router)
+    try:
+        other.subscription("/chatter", STRING)
+        time.sleep(0.5)
+        assert not publisher.matched
+    finally:
+        other.close()
+
+
+def test_a_free_port_is_served():
+    node = Node("alone", router=f"tcp/127.0.0.1:{free_port()}")
+    assert node.serves_router
+    node.close()

@@ -1,0 +1,147 @@
+"""ROS 2 as others have it: rclpy's types and hashes, and another implementation of the wire."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import time
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cli.export.drawn_messages import drawn_messages
+from shared.recording import Recording
+from shared.ros2.outputs import converted, outputs
+from shared.ros2.types import STORE, decoded, encoded, ros, type_hash
+from tests.cli.export.recorded import recording
+from tests.shared.ros2.graph import Graph
+
+ROOT = Path(__file__).parents[3]
+RCLPY, PYZEROS = ROOT / ".ros" / "rclpy", ROOT / ".ros" / "pyzeros"
+HERE = Path(__file__).parent
+WITHOUT_PACKAGE = {"tf2_msgs/msg/TFMessage"}
+"""Published types for which there is no wheel of rclpy."""
+
+pytestmark = pytest.mark.ros
+
+
+def environment(path: Path) -> str:
+    if not path.exists():
+        pytest.skip("make ros makes the environment")
+    return str(path / "bin" / "python")
+
+
+def plain(value: Any) -> Any:
+    """A message of ours as the peer prints its own."""
+    if hasattr(value, "__msgtype__"):
+        names = [name for name, _ in STORE.fielddefs[value.__msgtype__][1]]
+        return {name: plain(getattr(value, name)) for name in names}
+    if isinstance(value, str | bool | int | float):
+        return value
+    if isinstance(value, np.generic):
+        return value.item()
+    return [plain(each) for each in value]
+
+
+def same(a: Any, b: Any) -> bool:
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[k], b[k]) for k in a)
+    if isinstance(a, list):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, float) and isinstance(b, float) and math.isnan(a):
+        return math.isnan(b)
+    # ROS's `byte` is bytes of length one in Python.
+    return a == b or ([a] == b)
+
+
+def published(tmp_path: Path) -> dict[str, Any]:
+    """A message of each type that a recording brings to ROS 2."""
+    found = {}
+    table = outputs()
+    for drawn in drawn_messages(Recording.open(recording(tmp_path, drawn=True))):
+        for output, message in converted(table, drawn.key, drawn.message):
+            found[output.type] = message
+    return found
+
+
+def test_hashes_are_those_of_rclpys_packages():
+    environment(RCLPY)
+    compared = set()
+    for file in (RCLPY / "share").glob("*/*/*.json"):
+        for entry in json.loads(file.read_text()).get("type_hashes", []):
+            name = entry["type_name"]
+            if name in STORE.fielddefs and name.partition("/")[0] != "rmw_dds_common":
+                if name == "std_msgs/msg/Char":
+                    continue
+                assert type_hash(name) == entry["hash_string"], name
+                compared.add(name)
+    wanted = {output.type for output in outputs()} - WITHOUT_PACKAGE
+    assert wanted | {"std_srvs/srv/Trigger", "action_msgs/srv/CancelGoal"} <= compared
+
+
+def test_rclpy_decodes_what_is_published_and_its_bytes_are_decoded(tmp_path: Path):
+    python = environment(RCLPY)
+    messages = published(tmp_path)
+    lines = [f"{kind} {encoded(message).hex()}" for kind, message in messages.items()]
+    answer = subprocess.run(
+        [python, str(HERE / "rclpy_peer.py")],
+        input="\n".join(lines),
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    answers = [json.loads(line) for line in answer.stdout.splitlines()]
+    known = 0
+    for (kind, message), found in zip(messages.items(), answers, strict=True):
+        if kind in WITHOUT_PACKAGE:
+            assert found is None
+            continue
+        values, payload = found
+        assert same(plain(decoded(encoded(message), kind)), values), kind
+        assert same(plain(decoded(bytes.fromhex(payload), kind)), values), kind
+        known += 1
+    assert known == len(messages) - len(WITHOUT_PACKAGE)
+    assert known >= 8
+
+
+@pytest.mark.live
+def test_another_implementation_sees_hears_and_calls_the_node():
+    python = environment(PYZEROS)
+    with ExitStack() as stack:
+        graph = Graph(stack)
+        node = graph.node("lariat", "/lariat")
+        text = node.publisher("text", "std_msgs/msg/String")
+        start = node.service("start", "std_srvs/srv/Trigger")
+        heard = node.subscription("heard", "std_msgs/msg/String")
+        peer = subprocess.Popen(
+            [python, str(HERE / "pyzeros_peer.py"), graph.router],
+            stdout=subprocess.PIPE,
+            text=True,
+            # Its codecs are compiled into the current folder at first use.
+            cwd=PYZEROS,
+        )
+        stack.callback(peer.kill)
+        got: list[str] = []
+        deadline = time.monotonic() + 600.0
+        while peer.poll() is None:
+            assert time.monotonic() < deadline
+            text.put(ros("std_msgs/msg/String", data="hällo"))
+            for request in start.take():
+                response = "std_srvs/srv/Trigger_Response"
+                request.reply(ros(response, success=True, message="moved"))
+            got += [m.data for m in heard.take()]
+            time.sleep(0.1)
+        assert peer.stdout is not None
+        found = json.loads(peer.stdout.read())
+    assert found["text"] == "hällo"
+    assert found["answer"] == [True, "moved"]
+    assert set(got) == {"hällo"}
+    for entity in (text.entity, start.entity, heard.entity):
+        assert entity.token in found["tokens"]
+        assert found["gids"][entity.token] == entity.gid.hex()
+    assert node.entity.token in found["tokens"]

@@ -32,8 +32,8 @@ FULLY_TRIED_CUTS = 3
 TRIED_TRIANGLES = 400
 """Largest number of triangles by which the planes of a part are compared."""
 MAX_COMPARED = 3_000_000
-"""Cost of distances, as `MeshDistance.compared` counts it, for each body, after which the mesh is not
-divided further; a lawful one of 40,000 triangles takes less than half of it."""
+"""Cost of distances, as `MeshDistance.compared` counts it, for each body, after which the mesh is
+not divided further; a lawful one of 40,000 triangles takes less than half of it."""
 FACE_POINTS = 5
 """Points along an edge of a face at which the distance of a body from the mesh is measured."""
 

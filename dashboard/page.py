@@ -29,7 +29,7 @@ from dashboard.panels.run_plots import RunPlots
 from dashboard.panels.runs.runs_panel import RunsPanel
 from dashboard.panels.scenario.scenario_panel import ScenarioPanel
 from dashboard.scene.legend import COLORINGS, Coloring, legend_html
-from dashboard.scene.scene_setup import initial_viewpoint, set_theme
+from dashboard.scene.scene_setup import set_theme, show_whole
 from dashboard.scene.scene_view import INITIALLY_HIDDEN, LAYERS, SceneView
 from dashboard.subscriptions import HEALTHS, STALE_AGE, latest_with_age, unheard
 from dashboard.uploads import Uploads
@@ -59,8 +59,6 @@ PLAN_PERIOD = SECOND // 10
 """Least time between two drawings of the prediction [ns]."""
 LEFT_PANEL_WIDTH, RIGHT_PANEL_WIDTH = 300, 420
 """Widths of the panels [pixels]."""
-DETOUR = 0.01
-"""Distance between a view that is asked for and the one before it, along each axis [m]."""
 REFUSAL_GAP = 50
 """Gap between the sequence numbers of two refused setpoint chunks above which the second refusal is
 reported too [-]; the controller sends this many chunks in a second."""
@@ -209,12 +207,7 @@ class Page:
 
     def _frame_everything(self, client: viser.ClientHandle | None) -> None:
         if client is not None:
-            viewpoint = initial_viewpoint(self._scenario, client.camera.aspect)
-            # viser sends no view that it believes a browser to have, and a slow browser may have
-            # left it since: the way there leads over another one.
-            client.camera.position = viewpoint.position + DETOUR
-            client.camera.position = viewpoint.position
-            client.camera.look_at = viewpoint.target
+            show_whole(client, self._scenario)
 
     def _switch_theme(self, client: viser.ClientHandle | None) -> None:
         if client is not None:

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from dashboard.scene.scene_setup import initial_viewpoint
+from lariat.arms.installation import kinematics_of
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.scenario import SIDES, load
+from tests.dashboard.stage import hanging
 
 
 @pytest.mark.parametrize("width", [900, 500])
@@ -28,3 +30,24 @@ def test_start_and_goal_are_in_the_first_view(path: Path, width: int) -> None:
     pixels, depth = camera.project(np.array(grips))
     assert np.all(depth > 0.0)
     assert np.all((pixels > 0.0) & (pixels < [width, 900.0]))
+
+
+@pytest.mark.parametrize("name", ["cable", "fixed-end", "rope", "two-arms"])
+def test_no_arm_hides_the_rope_in_the_first_view(name: str) -> None:
+    scenario = load(name)
+    eye = initial_viewpoint(scenario).position
+    for shape in (scenario.start, scenario.goal):
+        grips = scenario.grips(shape)
+        ends = [g.position for g in grips]
+        nodes = hanging(*ends, scenario.rope.length, 30)[1:-1]
+        lines = eye + np.linspace(0.0, 1.0, 200)[:, None, None] * (nodes - eye)
+        for side, grip in zip(SIDES, grips, strict=True):
+            if scenario.end(side).driver != "cr5":
+                continue
+            kinematics = kinematics_of(scenario, side)
+            assert kinematics is not None
+            joints = kinematics.solve_anywhere(grip)
+            assert joints is not None
+            centres, radii = kinematics.link_spheres(joints[None])
+            distances = np.linalg.norm(lines[..., None, :] - centres[0], axis=-1)
+            assert np.all(distances > radii)

@@ -19,6 +19,8 @@ from services.sim.camera_messages import calibration_message, color_message, dep
 from shared import topics
 from shared.runtime.service import Publication
 
+BACKGROUND = 40
+"""Grey value of the room behind the scene [1/255]."""
 CALIBRATION_PERIOD = SECOND
 """Time between two calibration messages [ns]."""
 SEED_STRIDE = 1_000_003
@@ -43,6 +45,7 @@ class LabCamera:
             ),
             seed=scenario.seed + number * SEED_STRIDE,
             rope_color=scenario.plant.color,
+            background=BACKGROUND,
         )
         self._color = topics.CAMERA_COLOR.at(setup.name)
         self._depth = topics.CAMERA_DEPTH.at(setup.name)

@@ -13,7 +13,6 @@ from lariat.geometry.poses import Pose
 from lariat.reset_counter import ResetCounter
 from lariat.scenario import Scenario
 from lariat.simulation.camera.marker_plates import MarkerPlate
-from lariat.simulation.camera.rgbd_camera import BODY_COLOR
 from lariat.simulation.distractors import MovingTubes
 from lariat.simulation.plants.end_motion import EndMotion
 from lariat.simulation.world import World
@@ -38,6 +37,8 @@ from shared.topics import Topic
 
 log = logging.getLogger(__name__)
 
+BODY_COLOR = (98, 102, 110)
+"""Colour of obstacles and grippers in the lab's light; below the brightness of a white rope."""
 ARM_STATE_TIMEOUT = SECOND // 10
 """Time without arm states after which the grips are taken to stand still [ns]."""
 

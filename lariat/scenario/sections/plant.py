@@ -53,7 +53,7 @@ class Plant:
     """Friction coefficient between rope and obstacles."""
     color: Color = (255, 255, 255)
     """Colour of the rope: red, green, blue."""
-    table_color: Color = (12, 12, 12)
+    table_color: Color = (66, 70, 76)
     """Colour of the table and of every other half space."""
     camera_shift: Annotated[Vector, Bounds(-1.0, 1.0, "m")] = (0.0, 0.0, 0.0)
     """Displacement of the true camera from `[sensing]`."""

@@ -37,7 +37,9 @@ def _libraries(scenario: Scenario, part: str) -> tuple[str, ...]:
             return ("llvmlite", "torch") if paper else ("llvmlite",)
         case "robot_gateway":
             simulated = [end for end in arms if end.driver != "cr5" and not end.address]
-            return (*["pinocchio"] * bool(arms), *["mujoco"] * bool(simulated))
+            messages = [end for end in arms if end.driver == "ros2"]
+            libraries = (*["pinocchio"] * bool(arms), *["mujoco"] * bool(simulated))
+            return (*libraries, *["rosbags", "xxhash"] * bool(messages))
         case "recorder":
             return ("mcap",)
         case "dashboard":

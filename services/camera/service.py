@@ -70,9 +70,9 @@ def build(scenario: Scenario, session: str, options: CameraOptions | None = None
             "and sensing.outside = true"
         )
     setups = scenario.camera_setups
-    if len(setups) > 1 and (options.camera or options.serial):
+    if len(setups) > 1 and (options.camera or options.serial or options.ros2):
         raise ConfigurationError(
-            f"--camera and --serial are for a scenario with one camera, this one has "
+            f"--camera, --serial and --ros2 are for a scenario with one camera, this one has "
             f"{len(setups)}; write each device to cameras.NAME.serial"
         )
     streams: list[CameraStream] = []
@@ -88,6 +88,12 @@ def build(scenario: Scenario, session: str, options: CameraOptions | None = None
 
 def _stream(scenario: Scenario, setup: CameraSetup, options: CameraOptions) -> CameraStream:
     file = options.recording
+    if options.ros2:
+        # Imported here: other sources need no library of ROS 2's messages.
+        from services.camera.ros2 import Ros2Camera
+
+        source = Ros2Camera(*options.ros2, options.ros2_router, options.ros2_domain)
+        return CameraStream(setup.name, source, scenario.sensing.latency)
     if file is not None and file.suffix not in REALSENSE_SUFFIXES:
         playback = Playback(file, options.camera or setup.name, options.repeat)
         return CameraStream(setup.name, playback, latency=0.0)

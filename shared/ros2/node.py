@@ -43,8 +43,9 @@ class Node:
         domain: int = 0,
         router: str = DEFAULT_ROUTER,
         door: Door | None = None,
+        serve: bool = True,
     ) -> None:
-        """Join the graph; where no router answers, serve one for this machine.
+        """Join the graph.
 
         Args:
             name: Name of the node.
@@ -52,12 +53,13 @@ class Node:
             domain: ROS_DOMAIN_ID.
             router: Zenoh endpoint of the router.
             door: Guard that counts what is refused.
+            serve: Whether to be the router where none answers.
 
         Raises:
-            BusError: No router answers, and none can be served there.
+            BusError: No router answers, and none is or can be served there.
         """
         self.door = door or Door()
-        self._session, self.serves_router = _joined(router)
+        self._session, self.serves_router = _joined(router, serve)
         close_at_once(self._session)
         self._next_id = 0
         self.entity = NodeEntity(domain, str(self._session.zid()), self._number(), namespace, name)
@@ -285,19 +287,18 @@ def _content(payload: Any, attachment: Any, kind: str) -> tuple[Any, Attachment]
     return decoded(payload.to_bytes(), kind), found
 
 
-def _joined(router: str) -> tuple[zenoh.Session, bool]:
+def _joined(router: str, serve: bool) -> tuple[zenoh.Session, bool]:
     """Session of a router, and whether it is the router itself."""
     try:
         return zenoh.open(_configuration("peer", router)), False
-    except zenoh.ZError:
-        pass
-    try:
-        return zenoh.open(_configuration("router", router)), True
     except zenoh.ZError as error:
         reason = str(error).splitlines()[0]
-        raise BusError(
-            f"no ROS 2 router answers at {router}, and none can be served there: {reason}"
-        ) from None
+    if serve:
+        try:
+            return zenoh.open(_configuration("router", router)), True
+        except zenoh.ZError as error:
+            reason = str(error).splitlines()[0]
+    raise BusError(f"no ROS 2 router answers at {router}: {reason}")
 
 
 def _configuration(mode: str, router: str) -> zenoh.Config:

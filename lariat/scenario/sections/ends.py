@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from lariat.configuration import Bounds, Extensible
 from lariat.scenario.sections.quantities import Position, Quaternion, Vector
 
-DRIVERS = Extensible(("fixed", "ideal", "cr5", "simulated", "ur"), "lariat.drivers")
+DRIVERS = Extensible(("fixed", "ideal", "cr5", "simulated", "ur", "ros2"), "lariat.drivers")
 """Arm drivers; those from outside are a `lariat.protocols.Arm`."""
 OWN_PROTOCOL_DRIVERS = ("fixed", "ideal", "cr5")
 """Drivers whose arms are not described by `ends.*.urdf`."""
@@ -20,7 +20,7 @@ class End:
 
     driver: Annotated[str, DRIVERS] = "ideal"
     """Arm: none, one that follows exactly, a Dobot CR5, that of `urdf` in MuJoCo, one of Universal
-    Robots, or an own class."""
+    Robots, one behind a ROS 2 trajectory controller, or an own class."""
     rotates: bool = False
     """Whether the gripper may change its orientation."""
     arm_automatically: bool = True
@@ -61,7 +61,7 @@ class End:
             raise ValueError(
                 f"address = {self.address!r} needs the driver of an arm, not {self.driver!r}"
             )
-        if self.driver in ("simulated", "ur") and not (self.urdf and self.flange):
+        if self.driver in ("simulated", "ur", "ros2") and not (self.urdf and self.flange):
             raise ValueError(f"driver = {self.driver!r} needs urdf and flange")
         if self.urdf and self.driver in OWN_PROTOCOL_DRIVERS:
             raise ValueError(f"urdf = {self.urdf!r} has no meaning for driver = {self.driver!r}")

@@ -18,6 +18,7 @@ from services.robot_gateway.drivers.fixed import FixedDriver
 from services.robot_gateway.drivers.ideal import IdealDriver
 
 INCLUDED_ARMS = {
+    "ros2": "services.robot_gateway.drivers.ros2:Ros2Arm",
     "simulated": "services.robot_gateway.drivers.simulated:SimulatedArm",
     "ur": "services.robot_gateway.drivers.ur:UrArm",
 }

@@ -1,0 +1,163 @@
+"""Arm that a ROS 2 controller moves (ros2_control's joint trajectory controller, or one like it).
+
+The address names ROS 2's router and the controller, `tcp/HOST:7447/joint_trajectory_controller`.
+Joint angles stream as trajectories of one point on the controller's topic; an action would end and
+begin a goal for each. The controller ends at its last point when the stream ends. An arm whose
+`/joint_states` stop is a lost link. It has not been run on a robot.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lariat.arms.urdf import Urdf
+from lariat.configuration import ConfigurationError
+from lariat.protocols.arm import ArmFacts, ArmReading, ArmSetup, Joints
+from lariat.trajectory import SECOND
+from shared.bus import BusError
+from shared.ros2.node import Node, Publisher, Subscription
+from shared.ros2.types import duration, header, ros
+from shared.ros2.wire import Qos
+
+log = logging.getLogger(__name__)
+
+TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
+LOOKAHEAD = SECOND // 20
+"""Time in which the arm is to be at a point [ns]."""
+STALE_TIME = 0.1
+"""Age of the joint state above which the arm counts as silent [s]."""
+RETRY_TIME = 1.0
+"""Time between two attempts to join the graph [s]."""
+JOINT_STATES = Qos(depth=2)
+"""Quality of the joint state: the newest counts."""
+
+
+@dataclass(frozen=True)
+class _Link:
+    """Node of this arm and what it exchanges."""
+
+    node: Node
+    states: Subscription
+    commands: Publisher
+
+
+class Ros2Arm:
+    """Arm behind a joint trajectory controller, without a gripper."""
+
+    facts = ArmFacts(rate=50.0, tracking_limit=0.03)
+
+    def __init__(self, setup: ArmSetup) -> None:
+        """Create the arm; its thread joins the graph with the first step.
+
+        Raises:
+            ConfigurationError: The address names no controller.
+        """
+        self._router, self._controller = _address(setup)
+        self._names = [joint.name for joint in Urdf(setup.urdf).chain(setup.flange)]
+        self._side = setup.side
+        self._link: _Link | None = None
+        self._problem = f"no ROS 2 router answers at {self._router}"
+        self._thread: threading.Thread | None = None
+        self._ended = threading.Event()
+        self._enabled = False
+        self._joints: Joints | None = None
+        self._velocities: Joints | None = None
+        self._heard = -np.inf
+        """Monotonic time of the newest joint state [s]."""
+
+    def enable(self) -> None:
+        self._enabled = True
+
+    def disable(self) -> None:
+        self._enabled = False
+
+    def set_gripper(self, close: bool) -> None:
+        """Do nothing: a trajectory controller has no gripper."""
+
+    def close(self) -> None:
+        self._ended.set()
+        if self._link:
+            self._link.node.close()
+
+    def step(self, time: float, target: Joints | None) -> ArmReading:
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._join, name="ros2", daemon=True)
+            self._thread.start()
+        link = self._link
+        if link is None:
+            return ArmReading(None, connected=False, faults=(self._problem,), mode="no router")
+        for message in link.states.take():
+            self._take(message)
+        connected = _now() - self._heard < STALE_TIME
+        follows = connected and link.commands.matched
+        if target is not None and self._enabled and follows:
+            link.commands.put(self._trajectory(target))
+        silent = f"{self._controller} does not subscribe to joint_trajectory"
+        return ArmReading(
+            self._joints,
+            self._velocities,
+            ready=self._enabled and follows,
+            connected=connected,
+            faults=(silent,) if connected and self._enabled and not follows else (),
+            mode="following" if follows else "silent",
+        )
+
+    def _join(self) -> None:
+        """Join the graph, as soon as there is a router."""
+        while not self._ended.is_set():
+            try:
+                node = Node(f"lariat_{self._side}", "/lariat", 0, self._router, serve=False)
+                states = node.subscription(
+                    "/joint_states", "sensor_msgs/msg/JointState", JOINT_STATES
+                )
+                commands = node.publisher(f"/{self._controller}/joint_trajectory", TRAJECTORY)
+                self._link = _Link(node, states, commands)
+                return
+            except BusError as error:
+                self._problem = str(error)
+                self._ended.wait(RETRY_TIME)
+
+    def _take(self, message: Any) -> None:
+        """Take the angles of a joint state that has all joints of this arm."""
+        places = {name: k for k, name in enumerate(message.name)}
+        if not places.keys() >= set(self._names) or len(message.position) != len(message.name):
+            return
+        order = [places[name] for name in self._names]
+        self._joints = np.asarray(message.position, float)[order]
+        whole = len(message.velocity) == len(message.name)
+        self._velocities = np.asarray(message.velocity, float)[order] if whole else None
+        self._heard = _now()
+
+    def _trajectory(self, target: Joints) -> Any:
+        point = ros(
+            "trajectory_msgs/msg/JointTrajectoryPoint",
+            positions=np.asarray(target, float),
+            velocities=np.zeros(0),
+            accelerations=np.zeros(0),
+            effort=np.zeros(0),
+            time_from_start=duration(LOOKAHEAD),
+        )
+        # A stamp of zero begins at once, whatever the clock of the other machine.
+        return ros(TRAJECTORY, header=header(0, ""), joint_names=self._names, points=[point])
+
+
+def _address(setup: ArmSetup) -> tuple[str, str]:
+    """Router and controller of an arm's address."""
+    scheme, _, rest = setup.address.partition("/")
+    place, _, controller = rest.partition("/")
+    if scheme not in ("tcp", "tls", "udp", "quic") or ":" not in place or not controller:
+        raise ConfigurationError(
+            f"ends.{setup.side}.address = {setup.address!r} names no ROS 2 controller; write "
+            "'tcp/ROUTER:7447/joint_trajectory_controller'"
+        )
+    return f"{scheme}/{place}", controller.strip("/")
+
+
+def _now() -> float:
+    return time.monotonic()

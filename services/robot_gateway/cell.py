@@ -61,8 +61,9 @@ class Cell:
         arm_automatically: bool = False,
         force_limit: ForceLimit | None = None,
         settings: CellSettings | None = None,
+        simulated: bool = False,
     ) -> None:
-        """Create a cell that is disarmed."""
+        """Create a cell that is disarmed; one that is simulated reaches no real arm."""
         self.follower = follower
         self.arms = Arms(drivers, starts)
         self.arm_automatically = arm_automatically
@@ -88,6 +89,9 @@ class Cell:
         """Whether the setpoints are so old that the command brakes."""
         self._moved_at = 0
         """Time at which the command last moved [ns]."""
+        self._simulated = simulated
+        self._pauses = 0
+        """Number of pauses that a slow computer has caused."""
 
     @property
     def safety(self) -> SafetyState:
@@ -177,10 +181,15 @@ class Cell:
         if self._control.stalled or self._approach.planned:
             return
         elapsed = self.watchdog.elapsed(now)
-        self._control.stop("stalled", f"the gateway was suspended for {elapsed:.3f} s")
+        if self._simulated:
+            self._pause(f"the computer was too slow for {elapsed:.2f} s")
+        else:
+            self._control.stop("stalled", f"the gateway was suspended for {elapsed:.3f} s")
         if self.arms.has_devices:
             # Devices have stopped by themselves; the rest of the commanded stop is not sent.
             self._control.waiting_since, self._control.stalled = now, True
+            if self._simulated:
+                self.arms.recover()
 
     def close(self) -> None:
         """End the connections to the arms."""
@@ -207,17 +216,27 @@ class Cell:
             if self.follower.arrived(now):
                 self.follower.finish()
             else:
-                age = self.watchdog.settings.hold_age
-                silent = f"no fresh setpoints for {1e3 * age:.0f} ms"
-                self._control.stop(
-                    "silence", f"{silent}: controller, bus or network dead or stopped"
-                )
+                self._stop_for_silence()
             return
         distance, angle = self.follower.lag(now)
         tolerances, factor = self.follower.tolerances, self.settings.lag_factor
         if distance > factor * tolerances.step or angle > factor * tolerances.turn:
             lag = f"{1e3 * distance:.0f} mm and {angle:.2f} rad"
             self._control.stop("left_behind", f"{lag} behind its setpoints")
+
+    def _stop_for_silence(self) -> None:
+        """Stop because the writer is silent."""
+        age = self.watchdog.settings.hold_age
+        silent = f"no fresh setpoints for {1e3 * age:.0f} ms"
+        if self._simulated:
+            self._pause(f"the computer was too slow: {silent}")
+        else:
+            self._control.stop("silence", f"{silent}: controller, bus or network dead or stopped")
+
+    def _pause(self, detail: str) -> None:
+        """Stop until the computer keeps up again; simulation only."""
+        self._pauses += 1
+        self._control.stop("slow", f"{detail} (pause {self._pauses})")
 
     def _check_consent(self, now: int) -> None:
         """Stop the approach when its person lets go."""
@@ -282,6 +301,8 @@ class Cell:
         for name, feedback in zip(SIDES, self.arms.feedback, strict=False):
             if feedback.fault not in DEVICE_CAUSES or self.safety.mode in ("disarmed", "fault"):
                 continue
+            if self._simulated and self._control.stalled and feedback.fault == "lost_link":
+                continue  # What the emulator sent meanwhile is still to be read.
             words = "; ".join(feedback.alarms)
             self._control.stop(feedback.fault, f"{name}: {words or feedback.fault}")
             self._control.waiting_since = None

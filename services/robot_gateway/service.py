@@ -201,7 +201,8 @@ def build(
     arm_automatically = not real and all(
         end.arm_automatically for end in ends if end.driver != "fixed"
     )
-    cell = Cell(follower, drivers, starts, session, arm_automatically, ForceLimit(limits.pull))
+    force = ForceLimit(limits.pull)
+    cell = Cell(follower, drivers, starts, session, arm_automatically, force, simulated=not real)
     removed = {event.remove_obstacle for event in scenario.events}
     guard = SceneGuard([body for body in scenario.bodies if body.name not in removed])
     addresses = {side: scenario.end(side).address for side in SIDES}

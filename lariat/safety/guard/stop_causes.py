@@ -111,6 +111,13 @@ STOP_CAUSES: dict[str, StopCause] = {
         "after acknowledgement",
         "fresh",
     ),
+    "slow": StopCause(
+        "`silence` or `stalled` in a cell that reaches no real arm: the computer was too slow",
+        "as those",
+        "jerk-limited",
+        "by itself",
+        "fresh",
+    ),
     "tracking": StopCause(
         "the arm is not where it is commanded to be",
         "from its feedback, 8 ms",

@@ -44,8 +44,10 @@ class ArmWorld:
         firmware: str = "v3",
         automatic: bool = True,
         begin: Pose = GRIPS[1],
+        simulated: bool = False,
         **options: object,
     ) -> None:
+        self._simulated = simulated
         kinematics = Kinematics(BASE, TOOL)
         joints = kinematics.solve_anywhere(begin)
         assert joints is not None
@@ -71,7 +73,10 @@ class ArmWorld:
         boundaries = CellBoundaries(3.0, ((-2.0, -2.0, 0.01), (2.0, 2.0, 2.0)), bodies)
         follower = SetpointFollower(LIMITS, boundaries, GRIPS, [1], [driver.joint_constraints])
         drivers = (FixedDriver(GRIPS[0]), driver)
-        self.cell = Cell(follower, drivers, GRIPS, BOOT, automatic, ForceLimit(20.0))
+        force = ForceLimit(20.0)
+        self.cell = Cell(
+            follower, drivers, GRIPS, BOOT, automatic, force, simulated=self._simulated
+        )
         self.cell.take_scene([TABLE])
         self.report: CellStatus = self.cell.step(self.now)
 

@@ -42,6 +42,7 @@ class World:
         workspace: tuple = ((-0.8, -0.8, 0.01), (0.8, 0.8, 1.2)),
         spacing: float = 0.03,
         regions: tuple[Obstacle, ...] = (),
+        simulated: bool = False,
     ) -> None:
         starts = (
             Pose(np.array([-0.2, 0.0, 0.3]), ALONG_X),
@@ -55,7 +56,7 @@ class World:
         bodies = gripper_bodies(0.048, 0.012)
         boundaries = CellBoundaries(length, workspace, bodies, spacing=spacing, regions=regions)
         follower = SetpointFollower(LIMITS, boundaries, starts, driven, tolerances=TOLERANCES)
-        self.cell = Cell(follower, drivers, starts, BOOT, automatic)
+        self.cell = Cell(follower, drivers, starts, BOOT, automatic, simulated=simulated)
         self.cell.take_scene(obstacles)
         self.now = START
         self.states: list[tuple[int, MotionState]] = []

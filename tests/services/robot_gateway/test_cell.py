@@ -51,6 +51,32 @@ def test_silence_brakes_within_150_ms_and_rest_comes_in_time() -> None:
     assert report.safety.needs_acknowledgement
 
 
+def test_a_simulated_cell_goes_on_by_itself_after_silence() -> None:
+    world = World(simulated=True)
+    path = lambda t: REST + np.array([[0.0, 0.1 * t**2, 0.0]])  # noqa: E731
+    world.follow(path, 0.5)
+    world.run(0.5)
+    safety = world.report.safety
+    assert (safety.mode, safety.cause, safety.needs_acknowledgement) == ("holding", "slow", False)
+    assert world.cell.follower.resting
+    here = world.cell.follower.state.positions
+    world.follow(lambda t: here + np.array([[0.0, 0.1 * t**2, 0.0]]), 0.5)
+    assert world.report.safety.mode == "moving"
+
+
+def test_a_person_who_holds_a_slow_simulated_cell_is_waited_for() -> None:
+    world = World(simulated=True)
+    world.follow(lambda t: REST + np.array([[0.0, 0.1 * t**2, 0.0]]), 0.5)
+    world.run(0.12)
+    assert world.report.safety.cause == "slow"
+    assert world.command("hold") == ""
+    here = world.cell.follower.state.positions
+    world.run(0.3)
+    world.follow(lambda t: here + np.array([[0.0, 0.1 * t**2, 0.0]]), 0.3)
+    assert world.report.safety.cause == "person"
+    assert world.report.safety.needs_acknowledgement
+
+
 def test_silence_is_reported_even_if_braking_has_already_ended() -> None:
     world = World()
     # Slow enough to be at rest again before the 100 ms of silence are over.

@@ -199,6 +199,26 @@ def test_gateway_that_was_stopped_for_a_while_waits_for_a_person() -> None:
     assert np.max(np.abs(world.emulator.controller.joint_speed)) < 0.02
 
 
+@pytest.mark.parametrize(("firmware", "gap"), [("v3", 0.13), ("v4", 2.0)])
+def test_a_simulated_cell_goes_on_by_itself_after_its_gateway_was_too_slow(
+    firmware: str, gap: float
+) -> None:
+    world, since = moving(firmware, simulated=True)
+    for _ in range(round(gap / 0.008)):
+        world.now += 8_000_000
+        world.emulator.advance_to(world.now * 1e-9)
+    world.step()
+    assert world.report.safety.cause == "slow"
+    assert not world.report.safety.needs_acknowledgement
+    for _ in range(400):
+        world.step()
+    here = world.cell.follower.state.positions[0]
+    world.path = circle(here, 0.06, 0.12)  # pyright: ignore[reportAttributeAccessIssue]
+    since = world.now
+    world.follow(world.path, 0.6, since)  # pyright: ignore[reportAttributeAccessIssue]
+    assert world.mode == "moving", world.report
+
+
 @pytest.mark.parametrize("firmware", ["v3", "v4"])
 def test_gateway_that_dies_leaves_no_more_than_one_point_to_the_arm(firmware: str) -> None:
     world, _ = moving(firmware)

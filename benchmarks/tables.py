@@ -85,7 +85,7 @@ def _columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 def _plain(row: Any) -> dict[str, Any]:
     """Row as JSON holds it: specification spread out, None for what is not finite."""
-    fields = asdict(row) if is_dataclass(row) and not isinstance(row, type) else dict(row)
+    fields: Any = asdict(row) if is_dataclass(row) and not isinstance(row, type) else dict(row)
     return _finite({**fields.pop("spec", {}), **fields})
 
 

@@ -3,36 +3,29 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.campaign import Campaign
-from benchmarks.goals.campaign import Trial, TrialSpec, run_trial
-from lariat.scenario import load
+from benchmarks.goals.trial import Trial, TrialSpec, restore, run_trial
 
 
 def line(trial: Trial) -> str:
-    return f"{trial.kind}-{trial.number}: {trial.score.final_error_mm} mm, {trial.reason}"
+    return f"{trial.spec.kind}-{trial.spec.number}: {trial.score.final_error_mm} mm, {trial.reason}"
 
 
 def main(count: int = 8, workers: int = os.cpu_count() or 1) -> Figure:
-    base = load("three-cylinders")
-    base = replace(
-        base,
-        plant=replace(base.plant, model="rod"),
-        sensing=replace(base.sensing, source="truth"),
-        run=replace(base.run, time_limit=4.0),
-    )
-    specs = [TrialSpec("easy", number, seed=7, base=base) for number in range(count)]
-    trials = Campaign(run_trial, Trial, line).trials(specs, workers=workers)
+    settings = ("plant.model=rod", "sensing.source=truth", "run.time_limit=4.0")
+    specs = [TrialSpec("easy", number, 7, settings) for number in range(count)]
+    trials = Campaign(run_trial, restore, line).trials(specs, workers=workers)
     print(f"{sum(trial.succeeded for trial in trials)} of {count} as wanted")
     figure = plt.figure()
     axes = figure.add_subplot(projection="3d")
     for color, trial in enumerate(trials):
-        axes.plot(*trial.shapes[0].T, color="0.7")
-        axes.plot(*trial.shapes[-1].T, color=f"C{color % 10}")
+        axes.plot(*np.array(trial.ends[0]).T, color="0.7")
+        axes.plot(*np.array(trial.ends[-1]).T, color=f"C{color % 10}")
     axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     return figure
 

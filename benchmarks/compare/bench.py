@@ -61,11 +61,9 @@ def run(
 def _measure(name: Part) -> list[Mapping[str, object]]:
     if name == "paper":
         from benchmarks.paper import gradient_times
-        from benchmarks.paper.studies import StudyRunner
+        from benchmarks.paper.studies import rods
 
-        runner = StudyRunner(0)
-        times = gradient_times.compare(runner.xpbd, runner.direct)
-        return [{"quantity": quantity, "value": value} for quantity, value in times.items()]
+        return [*gradient_times.compare(*rods())]
     with measurement.one_core():
         rows = measurement.points() if name == "diagram" else growth.rows()
         return [asdict(row) for row in rows]

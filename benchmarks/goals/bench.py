@@ -7,32 +7,24 @@ Every goal is a rest shape of the true rope. Rope, cylinders and limits are thos
 
 from __future__ import annotations
 
-import json as encoder
-from dataclasses import asdict, replace
-from itertools import groupby, product
+from dataclasses import asdict
+from itertools import product
 from pathlib import Path
-from typing import Literal
-
-from rich.markup import escape
-from rich.table import Table
+from typing import Any, Literal
 
 from benchmarks.campaign import Campaign, Workers
-from benchmarks.goals import campaign
-from benchmarks.goals.campaign import Trial, TrialSpec, run_trial
-from benchmarks.result_block import find_block, show
+from benchmarks.goals.trial import BASE_SCENARIO, Trial, TrialSpec, restore, run_trial, summary
+from benchmarks.tables import Result, publish
 from environments.scenes import Kind
 from lariat.configuration import ConfigurationError
-from lariat.scenario import Scenario, load
+from lariat.scenario import load
 from lariat.scenario.sections import (
     CONTROL_METHODS,
     PATH_PLANNERS,
     PERCEPTION_METHODS,
     STATE_ESTIMATORS,
 )
-from lariat.scenario.shipped import find
 
-BASE_SCENARIO = "three-cylinders"
-"""Scenario of rope, cylinders and limits."""
 NO_PLANNER = "none"
 """Value of `--planner` with which no path is planned."""
 
@@ -54,10 +46,10 @@ def run(
     sensing: Literal["truth", "camera"] = "truth",
     adapt: tuple[bool, ...] = (False,),
     time_limit: float = 8.0,
+    results: Path | None = None,
     workers: Workers = 1,
-    docs: Path | None = None,
     json: bool = False,
-    plots: Path | None = None,
+    output: Path | None = None,
 ) -> int:
     """Run random scenes in closed loop and print error, clearance, time and success.
 
@@ -65,7 +57,7 @@ def run(
 
     Examples:
       lariat bench goals --count 100 --workers 2
-      lariat bench goals --scene boxes slot --plots pictures
+      lariat bench goals --scene boxes slot --results goals.jsonl
       lariat bench goals --stiffness-error 0.5 1.5 6 --noise 2 --adapt True False
       lariat bench goals --latency 20 30 60 100
       lariat bench goals --scene easy --method gauss_newton mypackage.control:Mine --planner none
@@ -89,10 +81,11 @@ def run(
         sensing: Source of the perceived rope.
         adapt: Whether the controller adapts the rope's parameters.
         time_limit: Duration of each run [s].
+        results: File of finished trials, one JSON object a line; trials that it holds are not run
+            again.
         workers: Number of processes, or the address of a Dask scheduler.
-        docs: Folder of pages, in which the block of this command is written; none by default.
-        json: Print one JSON object instead of a table.
-        plots: Folder for plots: a summary, and one of every failure.
+        json: Print one JSON object instead of a table: `trials`, and the `summary`.
+        output: Folder for the same as CSV.
 
     Returns:
         0 if all trials succeeded, else 1.
@@ -101,8 +94,13 @@ def run(
         ConfigurationError: A method is unknown, or perception is compared without a camera.
     """
     _check_names(method, planner, estimator, perception, sensing)
-    block = find_block(docs)
-    common = _common_scenario(youngs_modulus, noise, sensing, time_limit)
+    base = load(BASE_SCENARIO)
+    common = (
+        f"rope.youngs_modulus={youngs_modulus!r}",
+        f"sensing.source={sensing}",
+        f"sensing.node_noise={1e-3 * noise!r}",
+        f"run.time_limit={time_limit!r}",
+    )
     options = {
         "scene": scene,
         "method": method,
@@ -117,19 +115,18 @@ def run(
     specs = []
     for values in product(*options.values()):
         kind, controls, plans, estimates, perceives, model, factor, latency_ms, adapts = values
-        true_rope = replace(common.plant.rope, youngs_modulus=youngs_modulus * factor)
-        base = replace(
-            common,
-            plant=replace(common.plant, model=model, rope=true_rope),
-            sensing=replace(common.sensing, method=perceives, latency=1e-3 * latency_ms),
-            control=replace(
-                common.control,
-                method=controls,
-                planner=plans != NO_PLANNER,
-                path_planner="whole_path" if plans == NO_PLANNER else plans,
-                state_estimator=estimates,
-                adapt=adapts,
-            ),
+        path_planner = base.control.path_planner if plans == NO_PLANNER else plans
+        settings = (
+            *common,
+            f"plant.model={model}",
+            f"plant.rope.youngs_modulus={youngs_modulus * factor!r}",
+            f"sensing.method={perceives}",
+            f"sensing.latency={1e-3 * latency_ms!r}",
+            f"control.method={controls}",
+            f"control.planner={str(plans != NO_PLANNER).lower()}",
+            f"control.path_planner={path_planner}",
+            f"control.state_estimator={estimates}",
+            f"control.adapt={str(adapts).lower()}",
         )
         compared = zip(options.items(), values, strict=True)
         variant = ", ".join(
@@ -138,20 +135,22 @@ def run(
             if len(choices) > 1
         )
         variant = variant or kind
-        specs += [TrialSpec(kind, k, seed, base, variant) for k in range(first, first + count)]
-    trials = Campaign(run_trial, Trial, _line).trials(specs, workers=workers)
-    groups = {name: list(group) for name, group in groupby(trials, key=lambda t: t.variant)}
-    if plots:
-        _plot(groups, plots)
-    if json:
-        summaries = {
-            name: {**asdict(group[0].conditions), **campaign.summary(group)}
-            for name, group in groups.items()
-        }
-        print(encoder.dumps({"summary": summaries, "trials": [t.as_json() for t in trials]}))
-    else:
-        show([_table(groups)], block)
-    return 0 if all(t.succeeded for t in trials) else 1
+        specs += [TrialSpec(kind, k, seed, settings, variant) for k in range(first, first + count)]
+    trials = Campaign(run_trial, restore, _line).trials(specs, results, workers)
+    groups = {spec.variant: [t for t in trials if t.spec.variant == spec.variant] for spec in specs}
+    columns = {
+        name: {**asdict(group[0].conditions), **summary(group)}
+        for name, group in groups.items()
+        if group
+    }
+    rows: list[dict[str, Any]] = [
+        {"measure": measure, **{name: column[measure] for name, column in columns.items()}}
+        for measure in (next(iter(columns.values())) if columns else ())
+    ]
+    meaning = "error: mean node distance of true rope and goal, last 0.2 s of a run"
+    details = [{**asdict(t), "succeeded": t.succeeded} for t in trials]
+    publish([Result("summary", rows, meaning)], json, output, [Result("trials", details)])
+    return 0 if trials and all(t.succeeded for t in trials) else 1
 
 
 def _check_names(
@@ -181,54 +180,12 @@ def _check_names(
         )
 
 
-def _common_scenario(
-    youngs_modulus: float,
-    noise: float,
-    sensing: Literal["truth", "camera"],
-    time_limit: float,
-) -> Scenario:
-    base = load(find(BASE_SCENARIO))
-    return replace(
-        base,
-        rope=replace(base.rope, youngs_modulus=youngs_modulus),
-        sensing=replace(base.sensing, source=sensing, node_noise=1e-3 * noise),
-        run=replace(base.run, time_limit=time_limit),
-    )
-
-
 def _line(trial: Trial) -> str:
     score = trial.score
     verdict = "succeeded" if trial.succeeded else "failed"
     return (
-        f"{trial.kind}-{trial.number} ({trial.variant}) {verdict}: "
+        f"{trial.spec.kind}-{trial.spec.number} ({trial.spec.variant}) {verdict}: "
         f"error {score.final_error_mm} mm, "
         f"clearance {score.min_clearance_mm} mm, contact {score.contact_time_s} s, "
         f"replans {score.replans}; {trial.reason}"
     )
-
-
-def _table(groups: dict[str, list[Trial]]) -> Table:
-    table = Table(caption="error: mean node distance of true rope and goal, last 0.2 s of a run")
-    table.add_column("")
-    for name in groups:
-        table.add_column(escape(name), justify="right")
-    conditions = [asdict(group[0].conditions) for group in groups.values()]
-    for name in conditions[0]:
-        table.add_row(name, *(escape(column[name]) for column in conditions))
-    table.add_section()
-    summaries = [campaign.summary(group) for group in groups.values()]
-    for name in summaries[0]:
-        table.add_row(escape(name), *(f"{column[name]:g}" for column in summaries))
-    return table
-
-
-def _plot(groups: dict[str, list[Trial]], folder: Path) -> None:
-    from benchmarks.goals import plots
-
-    folder.mkdir(parents=True, exist_ok=True)
-    plots.plot_summary(dict(groups), folder / "summary.png")
-    for group in groups.values():
-        for trial in group:
-            if not trial.succeeded:
-                setting = trial.variant.replace(" ", "-").replace(",", "")
-                plots.plot_trial(trial, folder / f"{trial.kind}-{trial.number}-{setting}.png")

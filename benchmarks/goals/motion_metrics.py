@@ -28,8 +28,6 @@ from stack.simulation.simulated_time import Delivery
 
 CLEARANCE_PERIOD = SECOND // 30
 """Time between two measurements of the grippers' clearance [ns]."""
-SHAPE_PERIOD = SECOND // 10
-"""Time between two kept shapes of the rope [ns]."""
 REST_SPEED = 0.005
 """Speed of the faster grip below which the arms stand still [m/s]."""
 
@@ -46,16 +44,15 @@ class MotionMetrics:
         """Least distance of a gripper's body from an obstacle that is not a support [m]."""
         self.longest_stop = 0.0
         """Longest time for which the arms stood still on the way [s], e.g. during a plan."""
-        self.shapes: list[Float64[np.ndarray, "n 3"]] = []
-        """True rope ten times a second, for plots [m]."""
+        self.ends: list[Float64[np.ndarray, "n 3"]] = []
+        """True rope at the beginning and at the end [m]."""
         self.task: TaskState | None = None
         """Newest state of the controller."""
         self._limits, self._length = scenario.limits, scenario.rope.length
         self._obstacles: tuple[Obstacle, ...] = scenario.bodies
         self._motions: tuple[ObstacleMotion, ...] = ()
         self._last_velocity: tuple[int, Float64[np.ndarray, "2 2 3"]] | None = None
-        self._clearance_stamp = self._shape_stamp = 0
-        self._last_moved = 0
+        self._clearance_stamp = self._last_moved = 0
 
     def __call__(self, delivery: Delivery) -> None:
         """Take one message."""
@@ -69,10 +66,7 @@ class MotionMetrics:
             case topics.TASK_STATE.key:
                 self.task = delivery.parse()
             case topics.ROPE_TRUTH.key:
-                message = delivery.parse()
-                if message.stamp - self._shape_stamp >= SHAPE_PERIOD:
-                    self._shape_stamp = message.stamp
-                    self.shapes.append(chain(message.positions))
+                self.ends[1:] = [chain(delivery.parse().positions)]
 
     def _take_arms(self, arms: ArmStates) -> None:
         if not poses_known(arms):

@@ -10,7 +10,7 @@ The grippers are as thin as the rope: published scenes have none.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal, get_args
@@ -18,14 +18,14 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float64
 
-from benchmarks.narrow.plant import PlantMotion, drive
 from lariat.geometry import poses
 from lariat.geometry.obstacles import signed_distance
 from lariat.geometry.poses import Pose
+from lariat.geometry.swept_clearance import swept_clearance
 from lariat.planning.time_parameterization import Pace, time_parameterize
 from lariat.planning.tree_search.grip_motion import GripMotion, Grips
 from lariat.planning.tree_search.sag import SagTable
-from lariat.rod import EDGE_AXIS, Rod
+from lariat.rod import EDGE_AXIS, Rod, RodState, RolloutSpec
 from lariat.scenario import Scenario, Shape, load
 from lariat.scenario.sections import End, Ends, Limits, Obstacle
 from lariat.scenario.shipped import find
@@ -54,6 +54,8 @@ HIDDEN_PACE = Pace(5.0, (0.2, 0.1))
 """Pace of the hidden way."""
 PATH_PERIOD = 0.02
 """Time between points of the hidden way [s]."""
+PLANT_SUBSTEPS, CHUNK_POINTS, SETTLING_POINTS = 4, 100, 100
+"""Steps of the plant between two points, points of one launch, and points at rest at the end."""
 CLUTTER_DISTANCE = 0.06
 """Distance of clutter from the lines between the grips on the hidden way [m]."""
 WALL_HALF_WIDTH = 1.0
@@ -68,10 +70,6 @@ class WayScene:
 
     scenario: Scenario
     """Scenario of the run."""
-    family: Family
-    """Family."""
-    gap: float
-    """Width of the opening in rope diameters [-]."""
     hidden_clearance: float
     """Least clearance of the plant along the hidden way [m]."""
     goal_nodes: Float64[np.ndarray, "n 3"]
@@ -163,23 +161,43 @@ def _attempt(
         opening.obstacles.extend(_clutter(random, waypoints))
     named = tuple(replace(o, name=f"{o.shape}-{k}") for k, o in enumerate(opening.obstacles))
     scenario = replace(base, obstacles=named)
-    motion = _driven(scenario, rod, waypoints)
-    if motion.clearance < CLEARANCE:
-        return None
-    start, goal = (_shape(waypoints, k) for k in (0, -1))
-    # The goal is the shape of the true rope: the believed one has another between the same grips.
-    goal = replace(goal, nodes=motion.nodes)
-    return WayScene(
-        replace(scenario, start=start, goal=goal), family, gap, motion.clearance, motion.nodes
-    )
-
-
-def _driven(scenario: Scenario, rod: Rod, waypoints: Grips) -> PlantMotion:
-    """Plant along the hidden way."""
     positions, orientations = time_parameterize(
         waypoints.positions, waypoints.orientations, scenario.limits, PATH_PERIOD, HIDDEN_PACE
     )
-    return drive(rod, scenario.bodies, positions, orientations, PATH_PERIOD, CLEARANCE)
+    clearance, nodes = _drive(rod, scenario.bodies, positions, orientations)
+    if clearance < CLEARANCE:
+        return None
+    start, goal = (_shape(waypoints, k) for k in (0, -1))
+    # The goal is the shape of the true rope: the believed one has another between the same grips.
+    goal = replace(goal, nodes=nodes)
+    return WayScene(replace(scenario, start=start, goal=goal), clearance, nodes)
+
+
+def _drive(
+    rod: Rod,
+    obstacles: Sequence[Obstacle],
+    positions: Float64[np.ndarray, "t 2 3"],
+    orientations: Float64[np.ndarray, "t 2 4"],
+) -> tuple[float, Float64[np.ndarray, "n 3"]]:
+    """Least clearance of the plant along a path of the grips [m], and its nodes at rest after it.
+
+    Obstacles are measured, not felt. The motion ends where too little clearance is left.
+    """
+    left, right = (Pose(p, q) for p, q in zip(positions[0], orientations[0], strict=True))
+    state: RodState = rod.rest(left, right).state
+    turns = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
+    velocities = np.concatenate([np.diff(positions, axis=0), turns], axis=2) / PATH_PERIOD
+    velocities = np.concatenate([velocities, np.zeros((SETTLING_POINTS, 2, 6))])
+    radius, clearance = rod.properties.diameter / 2.0, np.inf
+    for first in range(0, len(velocities), CHUNK_POINTS):
+        chunk = np.repeat(velocities[first : first + CHUNK_POINTS], PLANT_SUBSTEPS, axis=0)
+        rollout = rod.rollout(RolloutSpec(state, chunk, PATH_PERIOD / PLANT_SUBSTEPS))
+        nodes = np.concatenate([state.positions[None], rollout.positions])
+        clearance = min(clearance, swept_clearance(nodes, radius, obstacles))
+        state = rollout.final
+        if clearance < CLEARANCE:
+            break
+    return clearance, state.positions
 
 
 def _hidden_way(rod: Rod, opening: _Opening, random: np.random.Generator) -> Grips:
@@ -295,11 +313,6 @@ def _corridors(gap: float, random: np.random.Generator) -> _Opening:
     return _Opening(_walls(x, z, gap, 2.0 * WALL_HEIGHT, depth), np.array([x, 0.0, z]), depth)
 
 
-def _open(gap: float, random: np.random.Generator) -> _Opening:
-    """A window of four times the stated width; clutter stands around it."""
-    return _windows(4.0 * gap, random)
-
-
 def _clutter(random: np.random.Generator, waypoints: Grips) -> list[Obstacle]:
     """Balls, boxes and posts before and behind the wall, off the hidden way."""
     share = np.linspace(0.0, 1.0, 9)[:, None]
@@ -326,29 +339,16 @@ _OPENINGS: dict[Family, Callable[[float, np.random.Generator], _Opening]] = {
     "beams": _beams,
     "windows": _windows,
     "corridors": _corridors,
-    "clutter": _open,
+    # Clutter stands around a wide window.
+    "clutter": lambda gap, random: _windows(4.0 * gap, random),
 }
 """Openings by family."""
 
 
 def _shape(waypoints: Grips, index: int) -> Shape:
     """Shape of the rope between the grips of a waypoint."""
-    left, right = (
-        Pose(p, q)
-        for p, q in zip(waypoints.positions[index], waypoints.orientations[index], strict=True)
-    )
+    positions, orientations = waypoints.positions[index], waypoints.orientations[index]
+    left, right = map(tuple, orientations.tolist())
     return Shape(
-        line=(_triple(left.position), _triple(right.position)),
-        left_orientation=_quadruple(left.orientation),
-        right_orientation=_quadruple(right.orientation),
+        line=tuple(map(tuple, positions.tolist())), left_orientation=left, right_orientation=right
     )
-
-
-def _triple(values: np.ndarray) -> tuple[float, float, float]:
-    x, y, z = np.asarray(values, float).tolist()
-    return x, y, z
-
-
-def _quadruple(values: np.ndarray) -> tuple[float, float, float, float]:
-    w, x, y, z = np.asarray(values, float).tolist()
-    return w, x, y, z

@@ -2,30 +2,37 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
 
-from benchmarks.narrow.measured_services import MeasuredWorld, TimedPlanner
 from benchmarks.narrow.scenes import Family, PlantModel, sample_scene
 from lariat.geometry import polylines, poses
+from lariat.geometry.swept_clearance import swept_clearance
 from lariat.scenario import Scenario
+from lariat.simulation.plants.end_motion import EndMotion
+from lariat.simulation.world import World
+from services.planner.service import PlannerService
 from services.sim.service import SimService
-from shared.runtime.service import Service
+from shared import topics
+from shared.messages import FAILED
+from shared.runtime.service import Inbox, Publication
 from stack import services
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import session_id
 
 TIME_AFTER_GOAL = 1.0
 """Time for which a run goes on after the controller says that the goal is reached [s]."""
-MAX_TIP_ERROR = 10.0
-"""Largest mean error of the tips at which a published trial succeeds [mm]."""
-MAX_TIP_ANGLE = 0.05
-"""Largest mean angular error of the tips at which a published trial succeeds [rad]."""
+MAX_TIP_ERROR, MAX_TIP_ANGLE = 10.0, 0.05
+"""Largest mean error of the tips at which a published trial succeeds [mm, rad]."""
 MAX_SHAPE_ERROR = 5.0
 """Largest mean node distance from the goal at which a trial succeeds here [mm]."""
+MIN_PLAN_TIME = 0.02
+"""Processor time of the planner's step above which it counts as a plan [s]."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +40,10 @@ class WaySpec:
     """Trial to run."""
 
     family: Family
-    """Family of the scene."""
     gap: float
     """Width of the opening in rope diameters [-]."""
     number: int
-    """Number of the scene."""
     seed: int
-    """Seed of the scenes."""
     stiffness_error: float
     """True stiffness relative to the belief [-]."""
     plant: PlantModel
@@ -51,37 +55,28 @@ class WayTrial:
     """Finished trial."""
 
     spec: WaySpec
-    """Scene, true stiffness and plant."""
+    reached: bool
+    """Whether tips and shape are at the goal and nothing was touched."""
+    gave_up: bool
+    """Whether the controller gave up."""
+    plan_cpu_s: list[float]
+    """Processor time of each plan [s]."""
+    min_clearance_mm: float
+    """Least clearance of the true rope in the run, between its states too."""
     hidden_clearance_mm: float
     """Least clearance of the plant along the hidden way."""
-    plan_s: list[float]
-    """Processor time of each plan [s]."""
-    run_s: float
-    """Simulated duration of the run [s]."""
-    clearance_mm: float
-    """Least clearance of the true rope in the run, between its states too."""
     tip_error_mm: float
     """Mean distance of the true rope's end nodes from the goal's."""
     tip_angle: float
     """Mean angle between the true rope's outermost edges and the goal's [rad]."""
     shape_error_mm: float
     """Mean node distance of the true rope from the goal."""
+    run_s: float
+    """Simulated duration of the run [s]."""
     replans: int
     """Number of further paths that the controller requested."""
     reason: str
     """Why the run ended."""
-
-    @property
-    def misses(self) -> list[str]:
-        """Reasons why the trial did not succeed, in words."""
-        found = []
-        if self.tip_error_mm > MAX_TIP_ERROR or self.tip_angle > MAX_TIP_ANGLE:
-            found.append(f"tips {self.tip_error_mm:.1f} mm, {self.tip_angle:.3f} rad off")
-        if self.shape_error_mm > MAX_SHAPE_ERROR:
-            found.append(f"shape {self.shape_error_mm:.1f} mm off")
-        if self.clearance_mm <= 0.0:
-            found.append("touched")
-        return found
 
 
 def run_trial(spec: WaySpec) -> WayTrial:
@@ -95,45 +90,80 @@ def run_trial(spec: WaySpec) -> WayTrial:
     )
     scenario = scene.scenario
     world, planner = MeasuredWorld(scenario), TimedPlanner(scenario)
-    outcome = closed_loop.run(
-        scenario, stop_after=TIME_AFTER_GOAL, members=_members(scenario, world, planner)
+    measuring: dict[str, Any] = {"sim": SimService(scenario, world), "planner": planner}
+    members = tuple(
+        measuring.get(name) or services.build(name, scenario, session_id(name))
+        for name in services.NAMES
     )
+    outcome = closed_loop.run(scenario, stop_after=TIME_AFTER_GOAL, members=members)
     tip_error, tip_angle = tip_errors(world.nodes, scene.goal_nodes)
+    shape_error = polylines.mean_node_distance(world.nodes, scene.goal_nodes)
+    task = outcome.stack.latest(topics.TASK_STATE)
     return WayTrial(
         spec,
-        1e3 * scene.hidden_clearance,
-        planner.plan_s,
-        outcome.score.sim_s,
-        1e3 * world.clearance,
-        1e3 * tip_error,
-        tip_angle,
-        1e3 * polylines.mean_node_distance(world.nodes, scene.goal_nodes),
-        outcome.score.replans,
-        outcome.reason,
+        reached=at_goal(tip_error, tip_angle, shape_error) and world.clearance > 0.0,
+        gave_up=task is not None and task.state == FAILED,
+        plan_cpu_s=planner.plan_cpu_s,
+        min_clearance_mm=1e3 * world.clearance,
+        hidden_clearance_mm=1e3 * scene.hidden_clearance,
+        tip_error_mm=1e3 * tip_error,
+        tip_angle=tip_angle,
+        shape_error_mm=1e3 * shape_error,
+        run_s=outcome.score.sim_s,
+        replans=outcome.score.replans,
+        reason=outcome.reason,
     )
+
+
+def at_goal(tip_error: float, tip_angle: float, shape_error: float) -> bool:
+    """Return whether errors of tips [m, rad] and shape [m] are within what is asked."""
+    tips = 1e3 * tip_error <= MAX_TIP_ERROR and tip_angle <= MAX_TIP_ANGLE
+    return tips and 1e3 * shape_error <= MAX_SHAPE_ERROR
 
 
 def tip_errors(
     nodes: Float64[np.ndarray, "n 3"], goal: Float64[np.ndarray, "n 3"]
 ) -> tuple[float, float]:
-    """Return the mean error of both tips in position [m] and direction [rad].
-
-    Args:
-        nodes: Nodes of the rope [m].
-        goal: Nodes of the goal [m].
-    """
+    """Return the mean error of both tips in position [m] and direction [rad]."""
     apart = np.linalg.norm((nodes - goal)[[0, -1]], axis=1)
     edges = [poses.normalized(chain[[1, -1]] - chain[[0, -2]]) for chain in (nodes, goal)]
     angles = np.arccos(np.clip(np.sum(edges[0] * edges[1], axis=1), -1.0, 1.0))
     return float(apart.mean()), float(angles.mean())
 
 
-def _members(
-    scenario: Scenario, world: MeasuredWorld, planner: TimedPlanner
-) -> tuple[Service, ...]:
-    """Services of the cell, with the measuring ones in their places."""
-    measuring: dict[str, Any] = {"sim": SimService(scenario, world), "planner": planner}
-    return tuple(
-        measuring.get(name) or services.build(name, scenario, session_id(name))
-        for name in services.NAMES
-    )
+class MeasuredWorld(World):
+    """Simulated lab that measures the clearance of the true rope from one arm state to the next.
+
+    Between two of them, 8 ms apart, the nodes move in straight lines.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__(scenario)
+        self._radius = scenario.plant_rope.diameter / 2.0
+        self.clearance = np.inf
+        """Least distance between the surfaces of rope and obstacles [m]."""
+
+    def advance(self, left: EndMotion, right: EndMotion, instant: int) -> None:
+        """Move the grips to their new motion and the rope with them."""
+        before = self.nodes
+        super().advance(left, right, instant)
+        chains = np.stack([before, self.nodes])
+        self.clearance = min(self.clearance, swept_clearance(chains, self._radius, self.obstacles))
+
+
+class TimedPlanner(PlannerService):
+    """Planner that keeps the processor time of its plans."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__(scenario)
+        self.plan_cpu_s: list[float] = []
+        """Processor time of each plan [s]."""
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        """Publish a path when one is due, and repeat the last one once a second."""
+        began = time.process_time()
+        published = list(super().step(inbox, now))
+        took = time.process_time() - began
+        if took > MIN_PLAN_TIME:
+            self.plan_cpu_s.append(took)
+        yield from published

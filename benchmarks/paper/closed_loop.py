@@ -7,19 +7,18 @@ those of the controller: `PaperOptimizer` with its policies, or `GaussNewton`.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
 
-from benchmarks.paper.goals import Goal
+from benchmarks.paper.goals import Goal, start_state
 from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
 from lariat.control.mpc.horizon import HorizonOptimizer, HorizonProblem
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import chain_clearance, pack
 from lariat.paper.adaptation import PaperAdaptation
-from lariat.paper.xpbd import PARAMETERS, XpbdProperties, XpbdRod
+from lariat.paper.xpbd import PARAMETERS, XpbdRod
 from lariat.rod import Rod, RodState, RolloutSpec
 
 PAPER_TIME_STEP = 0.01
@@ -47,24 +46,17 @@ class ShapingRun:
     parameters: dict[str, float]
     """Adapted parameters at the end, by name."""
 
-    @property
-    def final_error(self) -> float:
-        """Mean node distance to the goal over the last 0.2 s [m]."""
-        return float(np.mean(self.errors[-FINAL_STEPS:]))
-
 
 def run_to_goal(
     method: HorizonOptimizer,
     model: Rod | XpbdRod,
     plant: Rod | XpbdRod,
     goal: Goal,
-    start: RodState,
     avoidance: AvoidanceSpecification,
     steps: int,
     adaptation: PaperAdaptation | None = None,
-    progress: Callable[[float], None] = lambda error: None,
 ) -> ShapingRun:
-    """Move the plant's rope from its start towards a goal.
+    """Move the plant's rope from rest at the start towards a goal.
 
     If model and plant are the same rod, the model knows the whole state, as in the paper's
     simulations. Otherwise it observes the nodes at the end of each horizon and keeps its own
@@ -75,15 +67,13 @@ def run_to_goal(
         model: Rod by which the method plans.
         plant: Rod that stands for the true rope.
         goal: Goal to reach.
-        start: State of the plant at the start.
         avoidance: Obstacles and the clearance to keep.
         steps: Number of steps T of 10 ms.
         adaptation: Adaptation of the model, which is the paper's rod then; none if None.
-        progress: Called with the error after every horizon [m].
     """
     obstacles = pack(avoidance.obstacles)
     everywhere = np.ones(model.node_count, dtype=bool)
-    state = believed = start
+    state = believed = start_state(plant)
     velocity = np.zeros((2, 2, 3))
     errors, lengths, times, adapting, prediction_errors = [], [], [], [], []
     clearance = np.inf
@@ -116,7 +106,6 @@ def run_to_goal(
         if plant is not model:
             moved = (state.positions - before.positions) / (PAPER_TIME_STEP * len(actions))
             believed = replace(expected, positions=state.positions, velocities=moved)
-        progress(errors[-1])
     return ShapingRun(
         np.array(errors),
         clearance,
@@ -124,7 +113,7 @@ def run_to_goal(
         np.array(times),
         np.array(adapting),
         np.array(prediction_errors),
-        {} if adaptation is None else _parameters(adaptation.properties),
+        {n: getattr(adaptation.properties, n) for n in PARAMETERS} if adaptation else {},
     )
 
 
@@ -167,7 +156,3 @@ def _executed_actions(
     shares = ((np.arange(count) + 0.5) / count)[:, None, None, None]
     velocities = (1.0 - shares) * starts + shares * executed[:, None]
     return velocities.reshape(-1, 2, 6), executed[-1]
-
-
-def _parameters(properties: XpbdProperties) -> dict[str, float]:
-    return {name: getattr(properties, name) for name in PARAMETERS}

@@ -53,12 +53,11 @@ def start_state(rod: Rod | XpbdRod) -> RodState:
     return rod.rest(*(Pose(p, LEVEL_ORIENTATION) for p in START_GRIPS)).state
 
 
-def goals(rod: Rod | XpbdRod, reference: XpbdRod, count: int, seed: int) -> Iterator[Goal]:
-    """Yield goals of a plant."""
+def goals(rod: Rod | XpbdRod, reference: XpbdRod, seed: int) -> Iterator[Goal]:
+    """Yield goals of a plant without end."""
     random = np.random.default_rng(seed)
     bodies = obstacles()
-    found = 0
-    while found < count:
+    while True:
         half, yaw, tilt = random.uniform((0.10, -0.5, -0.2), (0.19, 0.5, 0.2))
         centre = random.uniform((-0.05, 0.08, 0.20), (0.05, 0.22, 0.32))
         chord = half * np.array([np.cos(yaw), np.sin(yaw), tilt])
@@ -71,7 +70,6 @@ def goals(rod: Rod | XpbdRod, reference: XpbdRod, count: int, seed: int) -> Iter
         clearance = chain_clearance(rest.state.positions, radius, bodies)
         if not rest.converged or clearance < MIN_CLEARANCE:
             continue
-        found += 1
         if rod is not reference:
             rest = rod.rest(left, right)
         yield Goal(rest.state.positions, left, right)

@@ -30,8 +30,8 @@ ADAM_ITERATIONS = 30
 """Number of gradients of one horizon of the paper, its I."""
 
 
-def compare(xpbd: XpbdRod, direct: Rod) -> dict[str, float]:
-    """Return times [ms] of reverse mode, adjoints and Gauss-Newton, and their ratios."""
+def compare(xpbd: XpbdRod, direct: Rod) -> list[dict[str, object]]:
+    """Return rows of times by reverse mode, adjoints and Gauss-Newton, and of their ratios."""
     random = np.random.default_rng(0)
     actions = np.zeros((STEP_COUNT, 2, 6))
     actions[:, :, :3] = 0.1 * random.normal(size=(STEP_COUNT, 2, 3))
@@ -59,7 +59,7 @@ def compare(xpbd: XpbdRod, direct: Rod) -> dict[str, float]:
         "gauss_newton": _least_time(_planning(direct, other), 50),
     }
     whole = ADAM_ITERATIONS * times["reverse"]
-    return {
+    figures = {
         "xpbd by Taichi's reverse mode [ms]": times["reverse"],
         "xpbd by its adjoint [ms]": times["adjoint"],
         "direct by its adjoint [ms]": times["direct"],
@@ -71,6 +71,7 @@ def compare(xpbd: XpbdRod, direct: Rod) -> dict[str, float]:
         "relative disagreement of reverse mode and adjoint": disagreement,
         "first run of reverse mode [s]": compiled,
     }
+    return [{"quantity": name, "value": value} for name, value in figures.items()]
 
 
 def reverse_mode_gradient(

@@ -1,14 +1,16 @@
-"""Studies behind the paper's figures: a method, a model and a plant, run to all goals."""
+"""Studies behind the paper's figures: a method, a model and a plant, run to each goal."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Literal
 
 import numpy as np
 
-from benchmarks.paper.closed_loop import ShapingRun, run_to_goal
-from benchmarks.paper.goals import Goal, goals, obstacles, start_state
+from benchmarks.paper.closed_loop import FINAL_STEPS, PAPER_TIME_STEP, run_to_goal
+from benchmarks.paper.goals import BASE_SCENARIO, START_GRIPS, Goal, goals, obstacles
 from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
 from lariat.control.mpc.gauss_newton import GaussNewton
 from lariat.control.mpc.horizon import HorizonOptimizer
@@ -19,8 +21,10 @@ from lariat.paper.optimizer import PaperOptimizer
 from lariat.paper.policies import ACTIONS_RATE, Actions, Network
 from lariat.paper.xpbd import XpbdRod
 from lariat.rod import Rod
-from lariat.scenario.sections import Limits, PaperControl
+from lariat.scenario import Rope, Shape, load
+from lariat.scenario.sections import Limits, PaperControl, Plant, PlantRope
 from lariat.trajectory import MotionLimits
+from stack.simulation import closed_loop
 
 ROPE_LENGTH, ROPE_DIAMETER, NODE_COUNT = 0.45, 0.008, 40
 """Length and diameter of the rope [m], and its number of nodes."""
@@ -34,20 +38,23 @@ GAUSS_NEWTON_HORIZON, GAUSS_NEWTON_STEP = 15, 0.02
 """Number of steps, and time step [s]; with longer steps the model swings less than the plant."""
 GAUSS_NEWTON_WEIGHTS = ObjectiveWeights(speed=0.01, acceleration=1e-5)
 """Weights of Gauss-Newton on speed and acceleration."""
-GAUSS_NEWTON_CLEARANCE = 0.025
-"""Clearance that Gauss-Newton keeps [m]."""
+GAUSS_NEWTON_CLEARANCE, PATH_CLEARANCE = 0.025, 0.02
+"""Clearance that Gauss-Newton keeps, and that paths keep [m]."""
 MAX_GRIP_DISTANCE_RATIO = 0.97
 """Largest distance of the grips, relative to the rope's length [-]."""
+LINEAR_DENSITY = 0.044
+"""Linear density of the rope in the stack [kg/m]; with all stiffnesses in proportion it moves like
+the paper's."""
 
 
 @dataclass(frozen=True)
 class Study:
     """One method on all goals."""
 
-    method: str
-    """Method of control: `network`, `actions` or `gauss_newton`."""
-    solver: str
-    """Rod of model and plant: `xpbd` (the paper's) or `direct` (Lariat's)."""
+    method: Literal["network", "actions", "gauss_newton", "whole_path"]
+    """Method of control; `whole_path` is Lariat's whole stack."""
+    solver: Literal["xpbd", "direct"]
+    """Rod of model and plant: the paper's, or Lariat's."""
     seed: int = 0
     """Seed of the network's initial weights."""
     rate: float = ACTIONS_RATE
@@ -64,6 +71,8 @@ class Study:
     @property
     def name(self) -> str:
         """Name in tables and figures."""
+        if self.method == "whole_path":
+            return "direct, gauss_newton along a planned path, through the gateway"
         parts = [self.solver, self.method]
         if self.method == "network":
             parts.append(f"seed {self.seed}")
@@ -79,32 +88,6 @@ class Study:
         return ", ".join(parts)
 
 
-@dataclass(frozen=True)
-class StudyResult:
-    """Runs of a study to all goals."""
-
-    study: Study
-    """Method, model and plant."""
-    runs: list[ShapingRun] = field(default_factory=list)
-    """One run for each goal."""
-
-    def row(self) -> dict[str, float | str | int]:
-        """Row of the table."""
-        errors = 1e3 * np.array([r.final_error for r in self.runs])
-        times = 1e3 * np.concatenate([r.horizon_times for r in self.runs])
-        return {
-            "study": self.study.name,
-            "goals": len(self.runs),
-            "mean [mm]": round(float(np.mean(errors)), 3),
-            "max [mm]": round(float(np.max(errors)), 3),
-            "below 5 mm": int(np.sum(errors < 5.0)),
-            "least clearance [mm]": round(1e3 * min(r.clearance for r in self.runs), 1),
-            "length error [mm]": round(1e3 * max(r.length_error for r in self.runs), 1),
-            "horizon p50 [ms]": round(float(np.median(times)), 1),
-            "horizon p99 [ms]": round(float(np.percentile(times, 99)), 1),
-        }
-
-
 def studies(seeds: int) -> Iterator[Study]:
     """Yield the studies of the methods: on the paper's rod, then on Lariat's."""
     for seed in range(seeds):
@@ -116,93 +99,196 @@ def studies(seeds: int) -> Iterator[Study]:
     yield Study("network", "direct")
     yield Study("actions", "direct")
     yield Study("gauss_newton", "direct")
+    yield Study("whole_path", "direct")
 
 
-def adaptation_studies() -> Iterator[Study]:
-    """Yield the studies of Fig. 9 (right): the plant is softer than the model."""
-    yield Study("network", "xpbd", softer=COMPLIANCE_RATIO)
-    yield Study("network", "xpbd", softer=COMPLIANCE_RATIO, adapts=True)
+ADAPTATION_STUDIES = tuple(
+    Study("network", "xpbd", softer=COMPLIANCE_RATIO, adapts=adapts) for adapts in (False, True)
+)
+"""Studies of Fig. 9 (right): the plant is softer than the model."""
 
 
-class StudyRunner:
-    """Runner that keeps rods and goals, so that kernels compile and goals are found once."""
+@dataclass(frozen=True)
+class ShapingSpec:
+    """Run to one goal."""
 
-    def __init__(self, seed: int) -> None:
-        self.seed = seed
-        self.xpbd = paper_rod(PAPER_CONTROL, ROPE_LENGTH, ROPE_DIAMETER, NODE_COUNT)
-        self.direct = Rod(self.xpbd.properties.material(NODE_COUNT), NODE_COUNT)
-        self._goals: dict[tuple[str, float, int], list[Goal]] = {}
+    study: Study
+    goal: int
+    """Number of the goal."""
+    seed: int
+    """Seed of the goals."""
+    steps: int
+    """Number of steps T of the run."""
 
-    def run(
-        self, study: Study, count: int, steps: int, progress: Callable[[int, float], None]
-    ) -> StudyResult:
-        """Run a study to all goals.
 
-        Args:
-            study: Method, model and plant.
-            count: Number of goals.
-            steps: Number of steps T of each run.
-            progress: Called with the number of the goal and the error [m] after every horizon.
-        """
-        model = self.xpbd if study.solver == "xpbd" else self.direct
-        plant = model
-        if study.softer != 1.0:
-            soft = study.softer * self.xpbd.properties.bending_compliance
-            properties = replace(self.xpbd.properties, bending_compliance=soft)
-            plant = self.xpbd.with_properties(properties)
-        result = StudyResult(study)
-        initial_state = start_state(plant)
-        avoidance = AvoidanceSpecification(
-            obstacles(),
-            GAUSS_NEWTON_CLEARANCE,
-            ROPE_DIAMETER / 2.0,
-            MAX_GRIP_DISTANCE_RATIO * ROPE_LENGTH,
-        )
-        for k, goal in enumerate(self._goals_of(study, plant, count)):
-            adaptation = PaperAdaptation(self.xpbd, PAPER_CONTROL) if study.adapts else None
-            result.runs.append(
-                run_to_goal(
-                    self._method(study),
-                    model,
-                    plant,
-                    goal,
-                    initial_state,
-                    avoidance,
-                    steps,
-                    adaptation,
-                    lambda error, k=k: progress(k, error),
-                )
-            )
-        return result
+@dataclass(frozen=True)
+class ShapingTrial:
+    """Finished run to one goal."""
 
-    def direct_goals(self, count: int) -> list[Goal]:
-        """Return the same goals as rest shapes of Lariat's rod."""
-        return self._goals_of(Study("gauss_newton", "direct"), self.direct, count)
+    spec: ShapingSpec
+    errors_mm: list[float]
+    """Mean node distance to the goal after every step; by the whole stack, at the end alone."""
+    clearance_mm: float
+    """Least distance of the surfaces of rope and obstacles over the run."""
+    length_error_mm: float
+    """Largest deviation of the rope's length from its rest length."""
+    horizon_ms: tuple[float, float]
+    """Median and 99th percentile of planning a horizon; by the stack, of the controller's step."""
+    prediction_mm: float | None = None
+    """Mean distance of predicted and true rope at the ends of the horizons of the second half."""
+    adaptation_ms: float | None = None
+    """Median of the adaptations."""
+    parameters: dict[str, float] | None = None
+    """Adapted parameters at the end."""
 
-    def _goals_of(self, study: Study, plant: Rod | XpbdRod, count: int) -> list[Goal]:
-        key = study.solver, study.softer, count
-        if key not in self._goals:
-            self._goals[key] = list(goals(plant, self.xpbd, count, self.seed))
-        return self._goals[key]
+    @property
+    def error_mm(self) -> float:
+        """Mean node distance to the goal over the last 0.2 s."""
+        return float(np.mean(self.errors_mm[-FINAL_STEPS:]))
 
-    def _method(self, study: Study) -> HorizonOptimizer:
-        moves = np.zeros((2, 6), dtype=bool)
-        moves[:, :3] = True
-        if study.method == "gauss_newton":
-            return GaussNewton(
-                moves,
-                GAUSS_NEWTON_HORIZON,
-                GAUSS_NEWTON_STEP,
-                1,
-                GAUSS_NEWTON_WEIGHTS,
-                Limits(),
-            )
-        free = int(moves.sum())
-        policy = Actions(PAPER_CONTROL.horizon, free, study.rate)
-        if study.method == "network":
-            policy = Network(NODE_COUNT, free, PAPER_CONTROL.learning_rate, study.seed)
-        settings = PAPER_CONTROL
-        if study.mean_norm:
-            settings = replace(settings, error_weight=settings.error_weight / NODE_COUNT)
-        unlimited = MotionLimits(*[np.inf] * 6)
-        return PaperOptimizer(policy, settings, moves, unlimited, study.differentiates_inputs)
+
+def run_trial(spec: ShapingSpec) -> ShapingTrial:
+    """Run one study to one goal."""
+    study = spec.study
+    xpbd, direct = rods()
+    model = xpbd if study.solver == "xpbd" else direct
+    goal = _goal(study.solver, study.softer, spec.seed, spec.goal)
+    if study.method == "whole_path":
+        return _by_the_stack(spec, direct, goal)
+    avoidance = AvoidanceSpecification(
+        obstacles(),
+        GAUSS_NEWTON_CLEARANCE,
+        ROPE_DIAMETER / 2.0,
+        MAX_GRIP_DISTANCE_RATIO * ROPE_LENGTH,
+    )
+    adaptation = PaperAdaptation(xpbd, PAPER_CONTROL) if study.adapts else None
+    plant = _plant(study.solver, study.softer)
+    method = _method(study)
+    run = run_to_goal(method, model, plant, goal, avoidance, spec.steps, adaptation)
+    second_half = run.prediction_errors[len(run.prediction_errors) // 2 :]
+    p50, p99 = 1e3 * np.quantile(run.horizon_times, [0.5, 0.99])
+    return ShapingTrial(
+        spec,
+        (1e3 * run.errors).tolist(),
+        1e3 * run.clearance,
+        1e3 * run.length_error,
+        (float(p50), float(p99)),
+        1e3 * float(np.mean(second_half)),
+        1e3 * float(np.median(run.adaptation_times)) if adaptation else None,
+        run.parameters,
+    )
+
+
+@cache
+def rods() -> tuple[XpbdRod, Rod]:
+    """Return the paper's rod and Lariat's, of the same material."""
+    xpbd = paper_rod(PAPER_CONTROL, ROPE_LENGTH, ROPE_DIAMETER, NODE_COUNT)
+    return xpbd, Rod(xpbd.properties.material(NODE_COUNT), NODE_COUNT)
+
+
+@cache
+def _plant(solver: str, softer: float) -> Rod | XpbdRod:
+    xpbd, direct = rods()
+    if softer == 1.0:
+        return xpbd if solver == "xpbd" else direct
+    compliance = softer * xpbd.properties.bending_compliance
+    return xpbd.with_properties(replace(xpbd.properties, bending_compliance=compliance))
+
+
+@cache
+def _goals(solver: str, softer: float, seed: int) -> tuple[Iterator[Goal], list[Goal]]:
+    return goals(_plant(solver, softer), rods()[0], seed), []
+
+
+def _goal(solver: str, softer: float, seed: int, number: int) -> Goal:
+    further, found = _goals(solver, softer, seed)
+    while len(found) <= number:
+        found.append(next(further))
+    return found[number]
+
+
+def _method(study: Study) -> HorizonOptimizer:
+    moves = np.zeros((2, 6), dtype=bool)
+    moves[:, :3] = True
+    if study.method == "gauss_newton":
+        horizon = GAUSS_NEWTON_HORIZON, GAUSS_NEWTON_STEP
+        return GaussNewton(moves, *horizon, 1, GAUSS_NEWTON_WEIGHTS, Limits())
+    free = int(moves.sum())
+    policy = Actions(PAPER_CONTROL.horizon, free, study.rate)
+    if study.method == "network":
+        policy = Network(NODE_COUNT, free, PAPER_CONTROL.learning_rate, study.seed)
+    settings = PAPER_CONTROL
+    if study.mean_norm:
+        settings = replace(settings, error_weight=settings.error_weight / NODE_COUNT)
+    unlimited = MotionLimits(*[np.inf] * 6)
+    return PaperOptimizer(policy, settings, moves, unlimited, study.differentiates_inputs)
+
+
+def _by_the_stack(spec: ShapingSpec, rod: Rod, goal: Goal) -> ShapingTrial:
+    """Run by the whole stack: planned path, Gauss-Newton control, gateway with the arms' limits.
+
+    The plant is Lariat's rod; the controller perceives the true nodes and does not adapt.
+    """
+    base, p = load(BASE_SCENARIO), rod.properties
+    ratio = LINEAR_DENSITY / p.linear_density
+    rope = Rope(
+        length=p.length,
+        diameter=p.diameter,
+        node_count=NODE_COUNT,
+        linear_density=LINEAR_DENSITY,
+        youngs_modulus=p.youngs_modulus * ratio,
+        poisson_ratio=p.poisson_ratio,
+        stretch_stiffness=p.stretch_stiffness * ratio,
+        damping=p.damping,
+    )
+    left, right = (tuple(grip.tolist()) for grip in START_GRIPS)
+    scenario = replace(
+        base,
+        name=f"paper-{spec.goal}",
+        rope=rope,
+        plant=Plant(model="rod", rope=PlantRope(node_count=rod.node_count)),
+        sensing=replace(base.sensing, source="truth"),
+        control=replace(base.control, clearance=PATH_CLEARANCE),
+        start=Shape(line=(left, right)),
+        goal=Shape(nodes=goal.nodes),
+        run=replace(base.run, time_limit=spec.steps * PAPER_TIME_STEP),
+    )
+    score = closed_loop.run(scenario).score
+    error, clearance = score.final_error_mm, score.min_clearance_mm
+    return ShapingTrial(
+        spec,
+        [np.inf if error is None else error],
+        np.nan if clearance is None else clearance,
+        score.length_error_mm,
+        (score.plan_ms["p50"], score.plan_ms["p99"]),
+    )
+
+
+def row(study: Study, trials: Sequence[ShapingTrial]) -> dict[str, object]:
+    """Return the row of a study's runs; times are medians over them."""
+    errors = [t.error_mm for t in trials]
+    p50, p99 = np.median([t.horizon_ms for t in trials], axis=0).round(1).tolist()
+    return {
+        "study": study.name,
+        "goals": len(trials),
+        "mean [mm]": round(float(np.mean(errors)), 3),
+        "max [mm]": round(max(errors), 3),
+        "below 5 mm": sum(error < 5.0 for error in errors),
+        "least clearance [mm]": round(min(t.clearance_mm for t in trials), 1),
+        "length error [mm]": round(max(t.length_error_mm for t in trials), 1),
+        "horizon p50 [ms]": p50,
+        "horizon p99 [ms]": p99,
+    }
+
+
+def adaptation_row(study: Study, trials: Sequence[ShapingTrial]) -> dict[str, object]:
+    """Return prediction errors, adapted parameters and times of a study with a softer plant."""
+    row: dict[str, object] = {
+        "study": study.name,
+        "prediction error, second half [mm]": float(np.mean([t.prediction_mm for t in trials])),
+    }
+    for name in trials[0].parameters or ():
+        row[name] = float(np.mean([(t.parameters or {})[name] for t in trials]))
+    if study.adapts:
+        row["adaptation p50 [ms]"] = float(np.median([t.adaptation_ms for t in trials]))
+    return row

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
-from jaxtyping import Float64
 
 from lariat.scenario import SIDES, load
 from lariat.scenario.shipped import shipped_names
 
-PLANTS: tuple[Literal["rod", "mujoco", "links"], ...] = ("rod", "mujoco", "links")
+PlantModel = Literal["rod", "mujoco", "links"]
+PLANTS: tuple[PlantModel, ...] = get_args(PlantModel)
 """Simulators of the true rope."""
 NODE_COUNTS = (120, 160)
 """Numbers of nodes of the true rope."""
@@ -34,15 +34,12 @@ class Combination:
     """What one run hides from the controller."""
 
     seed: int
-    """Seed of the campaign."""
     number: int
     """Number in the campaign, from 0."""
     scenario: str
-    """Name of the shipped scenario."""
     goal: Literal["shipped", "seeded"]
     """Whether the goal's grips are the scenario's, or displaced from there at random."""
-    plant: Literal["rod", "mujoco", "links"]
-    """Simulator of the true rope."""
+    plant: PlantModel
     node_count: int
     """Number of its nodes."""
     stiffness_ratio: float
@@ -56,7 +53,6 @@ class Combination:
     rotations: tuple[Triple, Triple]
     """Rotation vectors of the direction in which it is held [deg]."""
     adapts: bool = True
-    """Whether the controller adapts the rope's parameters."""
 
     @property
     def random(self) -> np.random.Generator:
@@ -125,12 +121,12 @@ def sample(
     goal: Literal["shipped", "seeded"] = "seeded" if random.random() < 0.5 else "shipped"
     rotates = goal == "seeded" and bool(random.random() < ROTATING_SHARE)
     rotates = rotates and any(base.end(side).driver == "ideal" for side in SIDES)
-    offsets = [GRIP_OFFSET * _direction(random) for _ in SIDES]
-    rotations = [GRIP_ROTATION * _direction(random) for _ in SIDES]
-    for side, rotation in zip(SIDES, rotations, strict=True):
+    offsets = tuple(_vector(random, GRIP_OFFSET, 6) for _ in SIDES)
+    rotations = [_vector(random, GRIP_ROTATION, 3) for _ in SIDES]
+    for k, side in enumerate(SIDES):
         end = base.end(side)
         if not (end.rotates or (rotates and end.driver == "ideal")):
-            rotation[:] = 0.0
+            rotations[k] = (0.0, 0.0, 0.0)
     return Combination(
         seed=seed,
         number=number,
@@ -141,18 +137,14 @@ def sample(
         stiffness_ratio=round(float(MAX_STIFFNESS_RATIO ** random.uniform(-1.0, 1.0)), 3),
         length_ratio=1.0 + LENGTH_ERROR * float(random.choice([-1.0, 1.0])),
         rotates=rotates,
-        offsets=(_triple(offsets[0], 6), _triple(offsets[1], 6)),
-        rotations=(_triple(rotations[0], 3), _triple(rotations[1], 3)),
+        offsets=(offsets[0], offsets[1]),
+        rotations=(rotations[0], rotations[1]),
         adapts=adapts,
     )
 
 
-def _direction(random: np.random.Generator) -> Float64[np.ndarray, "3"]:
-    """Unit vector, evenly distributed."""
+def _vector(random: np.random.Generator, length: float, digits: int) -> Triple:
+    """Vector of a length in any direction, evenly distributed."""
     vector = random.normal(size=3)
-    return vector / np.linalg.norm(vector)
-
-
-def _triple(vector: Float64[np.ndarray, "3"], digits: int) -> Triple:
-    x, y, z = np.round(vector, digits).tolist()
+    x, y, z = np.round(length * (vector / np.linalg.norm(vector)), digits).tolist()
     return x, y, z

@@ -6,35 +6,26 @@ import numpy as np
 import pytest
 
 from benchmarks.paper.gradient_times import reverse_mode_gradient
-from benchmarks.paper.studies import Study, StudyRunner
+from benchmarks.paper.studies import ShapingSpec, Study, run_trial
 from lariat.paper.xpbd import XpbdProperties, XpbdRod
 from lariat.rod import RolloutSpec
 
 
-@pytest.fixture(scope="module")
-def runner() -> StudyRunner:
-    return StudyRunner(seed=0)
-
-
 @pytest.mark.parametrize("study", [Study("actions", "xpbd"), Study("gauss_newton", "direct")])
-def test_a_goal_behind_the_cylinders_is_reached_without_touching_them(
-    runner: StudyRunner, study: Study
-) -> None:
-    seen = []
-    outcome = runner.run(study, 1, 300, lambda goal, error: seen.append(error))
-    (run,) = outcome.runs
-    assert run.errors[0] > 0.2
-    assert run.final_error < 0.005
-    assert run.clearance > 0.015
-    assert len(seen) == len(run.horizon_times)
+def test_a_goal_behind_the_cylinders_is_reached_without_touching_them(study: Study) -> None:
+    trial = run_trial(ShapingSpec(study, 0, 0, 300))
+    assert trial.errors_mm[0] > 200.0
+    assert trial.error_mm < 5.0
+    assert trial.clearance_mm > 15.0
 
 
-def test_adaptation_improves_the_prediction_of_a_softer_rope(runner: StudyRunner) -> None:
+def test_adaptation_improves_the_prediction_of_a_softer_rope() -> None:
     errors = []
     for adapts in (False, True):
         study = Study("actions", "xpbd", softer=3.0, adapts=adapts)
-        (run,) = runner.run(study, 1, 100, lambda goal, error: None).runs
-        errors.append(np.mean(run.prediction_errors[-20:]))
+        trial = run_trial(ShapingSpec(study, 0, 0, 100))
+        errors.append(trial.prediction_mm)
+        assert bool(trial.parameters) == adapts
     assert errors[1] < 0.5 * errors[0]
 
 

@@ -1,1 +1,0 @@
-"""Time to plan one horizon, and error of its prediction."""

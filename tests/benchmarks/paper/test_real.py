@@ -1,0 +1,56 @@
+"""The paper's real experiments: their beliefs and tables."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.paper.real import (
+    ROPES,
+    Experiment,
+    ExperimentRun,
+    scenario_of,
+    table_2,
+    table_3,
+)
+
+
+def finished(rope: str, goal: int, error_mm: float, reached_s: float | None = 2.0) -> ExperimentRun:
+    return ExperimentRun(
+        Experiment(rope, goal, 4.0, True),
+        error_mm,
+        min_clearance_mm=12.0,
+        reached_s=reached_s,
+        contact_s=0.0,
+        believed_stiffness=8e-4,
+        found_stiffness=(1.8e-4, 0.1e-4),
+        true_stiffness=2e-4,
+        plant="MuJoCo",
+        sensed="camera",
+        reason="reached",
+        curve=[],
+    )
+
+
+@pytest.mark.parametrize("rope", ROPES)
+def test_controller_believes_a_multiple_of_the_true_stiffness(rope: str) -> None:
+    cell = scenario_of(Experiment(rope, 2, 4.0, False, (320, 240), 0.002, 5.0))
+    assert cell.rope.youngs_modulus == pytest.approx(4.0 * cell.plant_rope.youngs_modulus)
+    assert cell.sensing.source == "camera"
+    assert cell.sensing.resolution == (320, 240)
+    assert not cell.control.adapt
+
+
+@pytest.mark.parametrize("last", [4.0, None])
+def test_a_row_averages_its_goals(last: float | None) -> None:
+    runs = [finished("rope", 1, 0.1), finished("rope", 2, 0.2), finished("rope", 3, 0.6, last)]
+    row, paper, *_ = table_3(runs)
+    assert [row[f"goal {k}"] for k in (1, 2, 3)] == [0.1, 0.2, 0.6]
+    assert row["average"] == pytest.approx(0.3)
+    assert row["longest time to goal [s]"] == last
+    assert (paper["goal 3"], paper["average"]) == (9.0, pytest.approx(38.0 / 3.0))
+
+
+def test_a_stiffness_is_compared_with_the_true_one() -> None:
+    (row,) = table_2([finished("rope", 1, 0.1)])
+    assert row["adapted EI [N m²]"] == "(1.80 ± 0.10)e-4"
+    assert row["adapted / true − 1"] == "-10 %"

@@ -1,7 +1,6 @@
 """Tables of results: each one says which command measured it.
 
-A table with figures stands in a block that its bench writes (`benchmarks.result_block`), or below
-one of two marks:
+A table with figures stands below one of two marks:
 
     <!-- measured 22 November 2026: lariat bench goals --count 24 -->
     <!-- without a command: the data set is not part of the repository -->
@@ -15,15 +14,12 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.result_block import BLOCK
 from tests.test_commands import problem
 
 RESULTS = Path(__file__).parents[1] / "docs" / "results"
 PAGES = sorted(RESULTS.rglob("*.md"))
 MEASURED = re.compile(r"<!-- measured \d{1,2} [A-Z][a-z]+ \d{4}: (lariat .+) -->")
 EXCUSED = re.compile(r"<!-- without a command: \S.{20,} -->")
-WRITTEN_WHOLE = re.compile(r"^# .+\n\nWritten by `(lariat bench [^`]+)`", re.M)
-"""Beginning of a page that a bench writes as a whole."""
 MAX_EXCUSED = 20
 """Largest number of tables that no command measures."""
 DEFINITIONS = (
@@ -69,10 +65,7 @@ def fault(above: str) -> str:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(RESULTS)))
 def test_every_table_of_results_says_which_command_measured_it(page: Path):
     text = page.read_text()
-    if whole := WRITTEN_WHOLE.match(text):
-        assert problem(whole[1].removeprefix("lariat ")) == ""
-        return
-    found = tables(BLOCK.sub("", text))
+    found = tables(text)
     assert {head: why for head, above in found if (why := fault(above))} == {}
 
 

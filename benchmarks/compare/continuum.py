@@ -37,7 +37,7 @@ class Continuum:
     """Spline of the positions after every action over s / L."""
     equilibrium: Equilibrium
     """Equilibrium between the grips at the end."""
-    doubt_mm: float
+    own_error_mm: float
     """Error of the motion itself, by Richardson's extrapolation: mean node distance [mm]."""
 
     def moving_errors(self, path: NodePath) -> Float64[np.ndarray, "H n"]:

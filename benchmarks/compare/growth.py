@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import mujoco.rollout
@@ -48,40 +48,33 @@ ROUNDS = 2
 """Number of measurements, of which the fastest counts."""
 
 
-@dataclass(frozen=True)
-class Growth:
-    """Time of a solver at one size."""
-
-    grows: str
-    """Quantity that grows: `nodes`, `obstacles` or `ropes`."""
-    solver: str
-    """Name of the solver."""
-    setting: str
-    """Time step, and sweeps in each."""
-    count: int
-    """Number of nodes, obstacles or ropes."""
-    us: float
-    """Least processor time for 10 ms of motion, of one rope [us]."""
+Row = dict[str, Any]
+"""Quantity that grows, solver, setting, count, and `us`: least processor time for 10 ms of motion
+of one rope."""
 
 
-def rows() -> Iterator[Growth]:
-    """Yield the times by number of nodes, of obstacles and of ropes."""
-    found: dict[tuple[object, ...], Growth] = {}
+def rows() -> list[Row]:
+    """Return the times by number of nodes, of obstacles and of ropes."""
+    found: dict[tuple[object, ...], Row] = {}
     # In turn, so that what disturbs a machine for seconds does not make one solver slow.
     for _ in range(ROUNDS):
         for row in (*_by_nodes(), *_by_obstacles(), *_by_ropes()):
-            key = row.grows, row.solver, row.count
-            found[key] = min(row, found.get(key, row), key=lambda one: one.us)
-    yield from found.values()
+            key = row["grows"], row["solver"], row["count"]
+            found[key] = min(row, found.get(key, row), key=lambda one: one["us"])
+    return list(found.values())
 
 
-def _by_nodes() -> Iterator[Growth]:
+def _row(grows: str, solver: str, setting: str, count: int, us: float) -> Row:
+    return {"grows": grows, "solver": solver, "setting": setting, "count": count, "us": us}
+
+
+def _by_nodes() -> Iterator[Row]:
     moves = actions()[20 : 20 + COUNT]
     for make in _solvers():
         for n in NODE_COUNTS:
             contender = make(n)
             us = _run_time(contender, moves)
-            yield Growth("nodes", contender.solver, contender.setting, n, us)
+            yield _row("nodes", contender.solver, contender.setting, n, us)
             if us > 1e6 * LONGEST_TIME:
                 break
 
@@ -109,7 +102,7 @@ def _run_time(contender: Contender, moves: Moves) -> float:
     return 1e6 * (time.process_time() - began) / len(moves)
 
 
-def _by_obstacles() -> Iterator[Growth]:
+def _by_obstacles() -> Iterator[Row]:
     moves = np.zeros((COUNT, 2, 6))
     moves[:, :, 2] = -DESCENT
     start = rest_state(NODE_COUNT)
@@ -119,11 +112,11 @@ def _by_obstacles() -> Iterator[Growth]:
             rod = Rod(PROPERTIES, NODE_COUNT, scheme=scheme)
             spec = RolloutSpec(start, moves, ACTION_DURATION, obstacles=pack(spheres))
             us = _call_time(lambda rod=rod, spec=spec: rod.rollout(spec)) / COUNT
-            yield Growth("obstacles", name, "10 ms", count, us)
+            yield _row("obstacles", name, "10 ms", count, us)
         for name in mujoco_ropes.ROPES:
             contender = mujoco_ropes.rope(name, NODE_COUNT, CONTACT_STEP, spheres)
             us = _run_time(contender, moves)
-            yield Growth("obstacles", name, contender.setting, count, us)
+            yield _row("obstacles", name, contender.setting, count, us)
 
 
 def _spheres(nodes: Float64[np.ndarray, "n 3"], count: int) -> Sequence[Obstacle]:
@@ -135,7 +128,7 @@ def _spheres(nodes: Float64[np.ndarray, "n 3"], count: int) -> Sequence[Obstacle
     ]
 
 
-def _by_ropes() -> Iterator[Growth]:
+def _by_ropes() -> Iterator[Row]:
     start = rest_state(NODE_COUNT)
     for count in ROPE_COUNTS:
         speeds = np.random.default_rng(0).uniform(-0.3, 0.3, (count, 3))
@@ -145,10 +138,10 @@ def _by_ropes() -> Iterator[Growth]:
         spec = RolloutSpec([start] * count, moves, ACTION_DURATION)
         for scheme, name in our_rod.NAMES.items():
             us = scale * _call_time(_ours(scheme, spec))
-            yield Growth("ropes", name, "10 ms", count, us)
+            yield _row("ropes", name, "10 ms", count, us)
         for name in mujoco_ropes.ROPES:
             us = scale * _call_time(_mujoco(name, speeds))
-            yield Growth("ropes", name, "10 ms, mujoco.rollout", count, us)
+            yield _row("ropes", name, "10 ms, mujoco.rollout", count, us)
 
 
 def _ours(scheme: Scheme, spec: RolloutSpec[list]) -> Callable[[], object]:

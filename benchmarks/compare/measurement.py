@@ -8,7 +8,6 @@ import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,43 +24,33 @@ EXTRAS = {"elastica": ("PyElastica", "elastica_rod"), "newton": ("Newton cable",
 """Solvers of packages that the stack does not need: name and module here, by their package."""
 
 
-@dataclass(frozen=True)
-class WorkPrecision:
-    """Time and errors of a solver with one setting."""
+def points() -> list[dict[str, Any]]:
+    """Return the continuum's own error, then a row for every contender.
 
-    solver: str
-    """Name of the solver."""
-    nodes: int
-    """Number of nodes n."""
-    setting: str
-    """Time step, and sweeps in each."""
-    us: float
-    """Least processor time for 10 ms of motion [us]."""
-    moving_mm: float
-    """Mean node distance from the continuum in motion [mm]."""
-    worst_mm: float
-    """Largest node distance from the continuum in motion [mm]."""
-    rest_mm: float
-    """Mean node distance from the continuum at rest [mm]."""
-
-
-def points() -> Iterator[WorkPrecision]:
-    """Yield the continuum's own error, then a row for every contender."""
+    `us` is the least processor time for 10 ms of motion, the errors are distances of nodes from the
+    continuum [mm]: mean and largest in motion, and mean at rest.
+    """
     there = continuum.solve(actions())
-    yield WorkPrecision(
-        REFERENCE, continuum.NODE_COUNT, "by Richardson", np.nan, there.doubt_mm, np.nan, np.nan
-    )
     entered = list(contenders())
     rows = [_measure(contender, there) for contender in entered]
     for _ in range(1, ROUNDS):
-        for k, contender in enumerate(entered):
-            if rows[k].us * ACTION_COUNT < 1e6 * ROUND_TIME:
-                rows[k] = replace(rows[k], us=min(rows[k].us, _timed_run(contender)[1]))
-    yield from rows
-    for package, (solver, _) in EXTRAS.items():
-        if importlib.util.find_spec(package) is None:
-            absent = "not installed: pip install -e '.[bench]'"
-            yield WorkPrecision(solver, 0, absent, *[np.nan] * 4)
+        for row, contender in zip(rows, entered, strict=True):
+            if row["us"] * ACTION_COUNT < 1e6 * ROUND_TIME:
+                row["us"] = min(row["us"], _timed_run(contender)[1])
+    reference = _row(REFERENCE, continuum.NODE_COUNT, "by Richardson")
+    absent = [
+        _row(solver, 0, "not installed: pip install -e '.[bench]'")
+        for package, (solver, _) in EXTRAS.items()
+        if importlib.util.find_spec(package) is None
+    ]
+    return [{**reference, "moving_mm": there.own_error_mm}, *rows, *absent]
+
+
+def _row(solver: str, nodes: int, setting: str, *figures: float) -> dict[str, Any]:
+    names = ("us", "moving_mm", "worst_mm", "rest_mm")
+    values = figures or (np.nan,) * len(names)
+    row = {"solver": solver, "nodes": nodes, "setting": setting}
+    return row | dict(zip(names, values, strict=True))
 
 
 def contenders() -> Iterator[Contender]:
@@ -95,20 +84,14 @@ def one_core() -> Iterator[None]:
         os.sched_setaffinity(0, allowed)
 
 
-def _measure(contender: Contender, there: Continuum) -> WorkPrecision:
+def _measure(contender: Contender, there: Continuum) -> dict[str, Any]:
     # The first run of a setting compiles, reads caches and takes memory.
     contender.start(actions()[:1]).run()
     simulation, us, path = _timed_run(contender)
     errors = there.moving_errors(path)
-    return WorkPrecision(
-        contender.solver,
-        contender.nodes,
-        contender.setting,
-        us,
-        float(errors.mean()),
-        float(errors.max()),
-        float(there.rest_errors(simulation.settle()).mean()),
-    )
+    rest = float(there.rest_errors(simulation.settle()).mean())
+    setting = contender.solver, contender.nodes, contender.setting
+    return _row(*setting, us, float(errors.mean()), float(errors.max()), rest)
 
 
 def _timed_run(contender: Contender):

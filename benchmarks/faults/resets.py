@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.campaign import Campaign, Workers
 from benchmarks.repeated_runs import RepeatedRuns
-from benchmarks.result_block import find_block, report
+from benchmarks.tables import report
 from lariat.scenario.shipped import shipped_names
 from lariat.trajectory import SECOND
 from shared import topics
@@ -58,7 +58,6 @@ def run(
     sensing: str = "truth",
     results: Path | None = None,
     workers: Workers = 1,
-    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Run scenarios several times in one stack, with a reset after each run.
@@ -73,17 +72,15 @@ def run(
         sensing: Source of the perceived rope: truth, or camera.
         results: File of the finished scenarios, which are not run again.
         workers: Number of processes, or address of a Dask scheduler.
-        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
 
     Returns:
         0 if every run reached its goal, else 1.
     """
-    block = find_block(docs)
     campaign = Campaign(run_and_reset, ResetTrial, lambda t: f"{t.spec.scenario}: {t.final_states}")
     specs = [ResetSpec(name, runs, sensing) for name in scenario or shipped_names()]
     trials = campaign.trials(specs, results, workers)
-    report(trials, "errors as the controller sees them", json=json, block=block)
+    report(trials, "errors as the controller sees them", json=json)
     return 0 if all(trial.succeeded for trial in trials) else 1
 
 

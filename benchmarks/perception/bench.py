@@ -13,12 +13,11 @@ import math
 import sys
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR, Kind, views_of
-from benchmarks.result_block import figures_table, find_block, show
+from benchmarks.tables import report
 from lariat.geometry.poses import Pose
 from lariat.perception.centerline.estimate import CenterlineEstimate, RopeDimensions, ShapePrior
 from lariat.perception.centerline.estimator import CenterlineEstimator
@@ -97,7 +96,6 @@ def run(
     views: int = 40,
     seed: int = 0,
     only: tuple[str, ...] = (),
-    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Measure the accuracy of the rope that is perceived in single images.
@@ -113,10 +111,8 @@ def run(
         views: Number of random views for each row.
         seed: Seed of the views.
         only: Rope, kind, resolution or noise of the rows to measure; all rows by default.
-        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
     """
-    block = find_block(docs)
     rows = []
     for setting in TABLE_ROWS:
         words = _words(*setting)
@@ -136,7 +132,7 @@ def run(
         f"Plant: MuJoCo ({nodes}), at rest; sensed: one image of the simulated camera a view; "
         f"believed / true stiffness {STIFFNESS_ERROR:g}, not adapting; {views} views a row."
     )
-    show([figures_table([vars(row) for row in rows], caption)], block)
+    report(rows, caption)
     return 0
 
 

@@ -12,12 +12,10 @@ import json as encoder
 import math
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-from rich.table import Table
 
-from benchmarks.result_block import find_block, show
+from benchmarks.tables import report
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.grippers import gripper_capsules
@@ -71,7 +69,6 @@ def run(
     places: int = 24,
     side: float = 0.04,
     seed: int = 0,
-    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Time the simulated camera and measure the accuracy of markers in its images.
@@ -83,22 +80,17 @@ def run(
         places: Number of random marker poses.
         side: Side of the marker's black square [m].
         seed: Seed of poses and noise.
-        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
     """
-    block = find_block(docs)
     rows = [measure(resolution, frames, places, side, seed) for resolution in RESOLUTIONS]
     if json:
         print(encoder.dumps({"frames": frames, "marker_m": side, "rows": [vars(r) for r in rows]}))
         return 0
-    table = Table(
-        *(name.replace("_", " ") for name in vars(rows[0])),
-        caption=f"scene: curve of {NODE_COUNT} nodes, three cylinders, two grippers, table; "
-        f"markers: {1e3 * side:g} mm, seen by the simulated camera, largest of {places} errors",
+    conditions = (
+        f"scene: curve of {NODE_COUNT} nodes, three cylinders, two grippers, table; "
+        f"markers: {1e3 * side:g} mm, seen by the simulated camera, largest of {places} errors"
     )
-    for row in rows:
-        table.add_row(*(f"{v:.3g}" if isinstance(v, float) else str(v) for v in vars(row).values()))
-    show([table], block)
+    report(rows, conditions)
     return 0
 
 

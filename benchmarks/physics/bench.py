@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import importlib
-import json as encoder
-from collections.abc import Sequence
+import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from rich.console import Console
-from rich.progress import Progress
-from rich.table import Table
-
-from benchmarks.physics.convergence import Case, Convergence, measure
-from benchmarks.result_block import find_block, show
+from benchmarks.campaign import Campaign, Workers
+from benchmarks.physics.convergence import Case, Convergence, Error, measure
+from benchmarks.tables import Result, publish
 
 Part = Literal[
     "elasticae",
@@ -27,7 +24,7 @@ Part = Literal[
 ]
 ALL_PARTS: tuple[Part, ...] = get_args(Part)
 """All parts, in the order of their tables; a part is the module of its name."""
-CAPTIONS: dict[Part, str] = {
+CONDITIONS: dict[Part, str] = {
     "elasticae": "ropes at rest, mean distance of nodes from the continuum at equal arc length",
     "closed-forms": "shapes and moments with closed forms",
     "frequencies": "natural frequencies of straight beams, against Euler-Bernoulli beams",
@@ -39,15 +36,37 @@ CAPTIONS: dict[Part, str] = {
 }
 """Conditions of each table; camera and adaptation are not involved."""
 
-TABLE_WIDTH = 132
-"""Width of the tables [characters]."""
+
+@dataclass(frozen=True)
+class CaseSpec:
+    """Case to measure."""
+
+    part: Part
+    name: str
+
+
+@dataclass(frozen=True)
+class CaseTrial:
+    """Measured case."""
+
+    spec: CaseSpec
+    errors: list[tuple[float, float | None]]
+    """Error, and largest error of a node of a shape, for each number of nodes."""
+
+    @property
+    def convergence(self) -> Convergence:
+        """Errors with the case's bounds."""
+        case = cases(self.spec.part)[self.spec.name]
+        return Convergence(case, tuple(Error(*error) for error in self.errors))
 
 
 def run(
     part: tuple[Part, ...] = ALL_PARTS,
+    results: Path | None = None,
+    workers: Workers = 1,
     plot: Path | None = None,
-    docs: Path | None = None,
     json: bool = False,
+    output: Path | None = None,
 ) -> int:
     """Measure the rod's errors over its number of nodes, and compare them with their bounds.
 
@@ -59,83 +78,63 @@ def run(
     number of nodes.
 
     Examples:
-      lariat bench physics --plot docs/results/rod/physics.png
+      lariat bench physics --plot docs/results/rod/physics.png --workers 2
       lariat bench physics --part elasticae buckling
 
     Args:
         part: Parts to measure; all by default.
+        results: File of measured cases, one JSON object a line; cases that it holds are not
+            measured again.
+        workers: Number of processes, or the address of a Dask scheduler.
         plot: File for a plot of shapes and errors, a PNG.
-        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of tables.
+        output: Folder for the tables as CSV.
 
     Returns:
         0 if all errors and orders are within their bounds, else 1.
     """
-    block = find_block(docs)
-    measured: dict[Part, list[Convergence]] = {}
-    with Progress(console=Console(stderr=True), transient=True) as progress:
-        for name in part:
-            cases: Sequence[Case] = importlib.import_module(
-                f"benchmarks.physics.{name.replace('-', '_')}"
-            ).CASES
-            task = progress.add_task(name, total=sum(len(case.node_counts) for case in cases))
-            measured[name] = []
-            for case in cases:
-                progress.update(task, description=f"{name}: {case.name}")
-                measured[name].append(measure(case, lambda _, t=task: progress.advance(t)))
-            progress.remove_task(task)
-    held = all(found.held for name in part for found in measured[name])
-    if json:
-        rows = {name: [_row(found) for found in measured[name]] for name in part}
-        print(encoder.dumps({**rows, "held": held}))
-    else:
-        show([_table(name, measured[name]) for name in part], block, TABLE_WIDTH)
-        console = Console(width=TABLE_WIDTH)
-        for name in part:
-            for found in measured[name]:
-                if not found.held:
-                    console.print(f"{name}: {found.case.name}: a bound does not hold", style="red")
+    specs = [CaseSpec(each, name) for each in part for name in cases(each)]
+    trials = Campaign(run_trial, CaseTrial, _line).trials(specs, results, workers)
+    measured = {each: [t.convergence for t in trials if t.spec.part == each] for each in part}
+    tables = [
+        Result(each, [row(found) for found in measured[each]], CONDITIONS[each]) for each in part
+    ]
+    publish(tables, json, output)
+    broken = [t for t in trials if not t.convergence.held]
+    for trial in broken:
+        print(f"{trial.spec.part}: {trial.spec.name}: a bound does not hold", file=sys.stderr)
     if plot is not None:
         from benchmarks.physics.plot import draw
 
         draw(measured, plot)
-    return 0 if held else 1
+    return 1 if broken else 0
 
 
-def _row(found: Convergence) -> dict[str, object]:
+def cases(part: Part) -> dict[str, Case]:
+    """Return the cases of a part by their names."""
+    module = importlib.import_module(f"benchmarks.physics.{part.replace('-', '_')}")
+    return {case.name: case for case in module.CASES}
+
+
+def run_trial(spec: CaseSpec) -> CaseTrial:
+    """Measure a case."""
+    return CaseTrial(spec, [*measure(cases(spec.part)[spec.name]).errors])
+
+
+def _line(trial: CaseTrial) -> str:
+    errors = ", ".join(f"{value:.2g}" for value, _ in trial.errors)
+    return f"{trial.spec.part}: {trial.spec.name}: {errors}"
+
+
+def row(found: Convergence) -> dict[str, object]:
+    """Return the row of a case: a column for each number of nodes, order and bounds."""
     case = found.case
+    errors = zip(case.node_counts, found.errors, strict=True)
     return {
         "case": case.name,
         "unit": case.unit,
-        "nodes": case.node_counts,
-        "errors": [error.value for error in found.errors],
-        "largest": [error.largest for error in found.errors],
-        "order": found.order,
-        "bounds": {str(n): bound for n, bound in case.bounds.items()},
-        "min_order": case.min_order,
+        "bound": ", ".join(f"{bound:.2g} at {n}" for n, bound in case.bounds.items()),
         "held": found.held,
+        "order": found.order if case.min_order is not None else None,
+        **{f"n={n}": error.value for n, error in errors},
     }
-
-
-def _table(name: Part, cases: Sequence[Convergence]) -> Table:
-    """Return a table of one part: a column for each number of nodes."""
-    counts = sorted({n for found in cases for n in found.case.node_counts})
-    table = Table(title=f"{name}: {CAPTIONS[name]}", title_justify="left")
-    table.add_column("case", no_wrap=True)
-    table.add_column("unit")
-    for count in counts:
-        table.add_column(f"n={count}", justify="right")
-    for title in ("order", "bound"):
-        table.add_column(title, justify="right")
-    for found in cases:
-        case = found.case
-        errors = dict(zip(case.node_counts, found.errors, strict=True))
-        has_order = case.min_order is not None and found.order is not None
-        table.add_row(
-            case.name,
-            case.unit,
-            *(f"{errors[n].value:.2g}" if n in errors else "" for n in counts),
-            f"{found.order:.2f}" if has_order else "",
-            ", ".join(f"{bound:.2g} at {n}" for n, bound in case.bounds.items()),
-        )
-    return table

@@ -8,16 +8,13 @@ the others, each critical twist with the GJ / EI of another one.
 
 from __future__ import annotations
 
-import json as encoder
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tyro
-from rich.table import Table
 
-from benchmarks.result_block import find_block, show
+from benchmarks.tables import Result, publish
 from lariat.configuration import ConfigurationError
 from lariat.identification.static_sag import (
     HangingShape,
@@ -35,8 +32,8 @@ ARRAY_NAMES = ("hanging", "linear_density", "critical_twist_deg")
 def run(
     files: tyro.conf.Positional[tuple[Path, ...]],
     /,
-    docs: Path | None = None,
     json: bool = False,
+    output: Path | None = None,
 ) -> int:
     """Predict the shapes and critical twists of real cables by leave-one-out fits.
 
@@ -50,53 +47,15 @@ def run(
 
     Args:
         files: Measured cables, one .npz each.
-        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
+        output: Folder for the table as CSV.
     """
-    block = find_block(docs)
     if not files:
         raise ConfigurationError("name at least one .npz of a measured cable")
-    rows = []
-    for file in files:
-        shapes, twists = read(file)
-        print(f"{file} ...", file=sys.stderr)
-        rows.append({"file": str(file)} | leave_one_out(shapes, twists))
-    if json:
-        print(encoder.dumps({"rows": rows}))
-        return 0
-    show([_table(rows)], block)
+    rows = [{"cable": file.stem, **leave_one_out(*read(file))} for file in files]
+    meaning = "plant: the real cables; EI_spread: largest less smallest EI of the fits, relative"
+    publish([Result("cables", rows, meaning)], json, output)
     return 0
-
-
-def _table(rows: list[dict[str, Any]]) -> Table:
-    table = Table(
-        caption="Plant: the real cables. Between the fits: largest less smallest EI, relative."
-    )
-    for head in (
-        "cable",
-        "EI \\[N m²]",
-        "between the fits",
-        "shape left out, mean",
-        "mean / length",
-        "worst / length",
-        "GJ/EI",
-        "other twists, mean",
-        "worst",
-    ):
-        table.add_column(head, justify="left" if head == "cable" else "right")
-    for row in rows:
-        table.add_row(
-            Path(row["file"]).stem,
-            f"{row['EI']:.3g}",
-            f"{row['EI_spread']:.1%}",
-            f"{row['shape_error_mm']:.1f} mm",
-            f"{row['shape_error_L']:.2%}",
-            f"{row['worst_shape_error_L']:.2%}",
-            f"{row['GJ_EI']:.3g}",
-            f"{row['twist_error']:.1%}",
-            f"{row['worst_twist_error']:.1%}",
-        )
-    return table
 
 
 def read(path: Path) -> tuple[list[HangingShape], np.ndarray]:

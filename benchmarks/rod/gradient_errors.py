@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -13,7 +13,12 @@ from lariat.geometry.obstacles import TABLE, Obstacle, pack
 from lariat.rod import PARAMETERS, Rod, RodProperties, RodState, RolloutSpec
 
 PROPERTIES = RodProperties(
-    0.45, 0.008, 0.044, 1e6, internal_damping=0.004, rest_curvature=((1.0, 0.5, 0.3),)
+    0.45,
+    0.008,
+    0.044,
+    1e6,
+    internal_damping=0.004,
+    rest_curvature=((1.0, 0.5, 0.3),),
 )
 """Properties of the rod."""
 LYING_ORIENTATION = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
@@ -28,32 +33,15 @@ STATE_PARTS = {"positions": 1e-6, "velocities": 1e-4, "angular_velocities": 1e-1
 """Parts of the state, and the step of their finite differences."""
 
 
-@dataclass(frozen=True)
-class GradientErrors:
-    """Relative errors of the gradients of one rod, in norm [-]."""
-
-    nodes: int
-    """Number of nodes."""
-    tolerance: float
-    """Tolerance of the solver of the gradient [m]; that of the differences is 1e-12 m."""
-    actions: float
-    """Error of the gradient in the velocities of the ends; the next four in parts of the state."""
-    positions: float
-    velocities: float
-    angular_velocities: float
-    rotations: float
-    parameters: float
-    """Error of the gradient in all parameters, each scaled by its value."""
-    worst_parameter: float
-    """Largest relative error of a parameter."""
+def rows() -> list[dict[str, float]]:
+    """Return the relative errors of the gradients of rods, in norm [-]."""
+    return [measure(n, tolerance) for tolerance in (1e-10, 1e-7) for n in (10, 40, 100)]
 
 
-def measure(node_count: int, tolerance: float) -> GradientErrors:
-    """Measure the gradients of a rod.
+def measure(node_count: int, tolerance: float) -> dict[str, float]:
+    """Return the errors of one rod, whose solver has a tolerance [m]; the differences' has 1e-12.
 
-    Args:
-        node_count: Number of nodes.
-        tolerance: Tolerance of the solver [m].
+    `parameters` is the error of the gradient in all parameters, each scaled by its value.
     """
     rng = np.random.default_rng(node_count)
     fine = Rod(PROPERTIES, node_count, tolerance=1e-12)
@@ -93,25 +81,26 @@ def measure(node_count: int, tolerance: float) -> GradientErrors:
     truth = np.array(
         [
             _slope(
-                lambda h, name=name: cost(rod=fine.with_properties(changed_properties(name, h))),
+                lambda h, name=name: cost(rod=fine.with_properties(_changed(name, h))),
                 1e-5 if name == "length" else 1e-3,
             )
             for name in PARAMETERS
         ]
     )
     ours = np.array([found.parameters[name] * _scale(name) for name in PARAMETERS])
-    return GradientErrors(
-        node_count,
-        tolerance,
-        _relative(found.actions, exact),
+    return {
+        "nodes": node_count,
+        "tolerance": tolerance,
+        "actions": _relative(found.actions, exact),
         **parts,
-        parameters=_relative(ours, truth),
-        worst_parameter=float(np.max(np.abs(ours / truth - 1.0))),
-    )
+        "parameters": _relative(ours, truth),
+        # A parameter that is zero, and so its derivative by relative change, has no relative error.
+        "worst_parameter": float(np.max(np.abs(ours[truth != 0.0] / truth[truth != 0.0] - 1.0))),
+    }
 
 
-def changed_properties(name: str, by: float) -> RodProperties:
-    """Return the properties with one parameter changed, relative to its scale."""
+def _changed(name: str, by: float) -> RodProperties:
+    """Properties with one parameter changed, relative to its scale."""
     p = PROPERTIES
     if name == "bending_stiffness":
         return p.with_stiffness(p.bending_stiffness * (1.0 + by), p.twisting_stiffness)

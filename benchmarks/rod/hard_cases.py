@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
 
+from benchmarks.campaign import Workers, compute
 from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle, chain_clearance, pack, signed_distance
 from lariat.rod import Rod, RodProperties, RolloutSpec, state_along
@@ -29,32 +29,47 @@ class HardCase:
     """Rod, start, motion of its ends, and obstacles."""
 
     rod: Rod
-    """Rod at the start of the motion."""
     nodes: Float64[np.ndarray, "n 3"]
     """Node positions at the start [m]."""
     actions: Float64[np.ndarray, "K 2 6"]
     """Velocities of the ends [m/s, rad/s]."""
     obstacles: tuple[Obstacle, ...]
-    """Obstacles in its way."""
 
 
-@dataclass(frozen=True)
-class HardCaseResult:
-    """State of the rod after the motion."""
+def measure(count: int, workers: Workers = 1) -> dict[str, float]:
+    """Run random cases and count those that ended well, gave up, or silently went wrong."""
+    results = [result for _, result in compute(run_case, range(count), workers)]
+    good = [
+        r["finite"] and abs(r["stretch"]) < MAX_STRETCH and r["clearance"] > MIN_CLEARANCE
+        for r in results
+    ]
+    return {
+        "cases": count,
+        "finite": sum(r["finite"] for r in results),
+        "good": sum(good),
+        "gave_up": sum(r["gave_up"] for r in results),
+        "silently_wrong": sum(
+            not ended_well and not r["gave_up"] for ended_well, r in zip(good, results, strict=True)
+        ),
+        "largest_stretch": max(abs(r["stretch"]) for r in results),
+        "least_clearance_m": min(r["clearance"] for r in results),
+    }
 
-    finite: bool
-    """Whether all positions are finite."""
-    gave_up: bool
-    """Whether the solver reported a failure."""
-    stretch: float
-    """Relative change of length at the end [-]."""
-    clearance: float
-    """Least distance of the surfaces of rod and obstacle at the end [m]."""
 
-    @property
-    def good(self) -> bool:
-        """Whether the rod is finite, has its length and is outside the obstacle."""
-        return self.finite and abs(self.stretch) < MAX_STRETCH and self.clearance > MIN_CLEARANCE
+def run_case(seed: int) -> dict[str, float]:
+    """Roll out a random case; return its change of length [-] and clearance [m] at the end."""
+    case = sample_case(seed)
+    straight = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+    state = state_along(case.nodes, straight, straight)
+    spec = RolloutSpec(state, case.actions, TIME_STEP, obstacles=pack(case.obstacles))
+    rollout = case.rod.rollout(spec)
+    last = rollout.positions[-1]
+    return {
+        "finite": bool(np.all(np.isfinite(rollout.positions))),
+        "gave_up": rollout.failure is not None,
+        "stretch": polylines.length(last) / ROD_LENGTH - 1.0,
+        "clearance": chain_clearance(last, ROD_DIAMETER / 2.0, case.obstacles),
+    }
 
 
 def sample_case(seed: int) -> HardCase:
@@ -88,12 +103,7 @@ def sample_case(seed: int) -> HardCase:
 
 
 def sagging_curve(span: float, s: Float64[np.ndarray, "k"]) -> Float64[np.ndarray, "k 3"]:
-    """Return a curve that sags between two points and is as long as the rod.
-
-    Args:
-        span: Distance of the points [m].
-        s: Parameters of the points to return, from 0 to 1 [-].
-    """
+    """Curve as long as the rod that sags between two points, at parameters s from 0 to 1."""
 
     def curve(depth: float) -> Float64[np.ndarray, "k 3"]:
         sag = depth * (16.0 * s**2 * (1.0 - s) ** 2)
@@ -121,36 +131,3 @@ def yank_actions(rng: np.random.Generator, span: float) -> Float64[np.ndarray, "
     separation = np.cumsum(TIME_STEP * (actions[:, 1, :3] - actions[:, 0, :3]), axis=0)
     far = np.linalg.norm(separation + np.array([span, 0.0, 0.0]), axis=1)
     return actions if far.min() > 0.05 * ROD_LENGTH and far.max() < 0.92 * ROD_LENGTH else None
-
-
-def run_case(case: HardCase) -> HardCaseResult:
-    """Roll out a case."""
-    straight = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
-    state = state_along(case.nodes, straight, straight)
-    spec = RolloutSpec(state, case.actions, TIME_STEP, obstacles=pack(case.obstacles))
-    rollout = case.rod.rollout(spec)
-    last = rollout.positions[-1]
-    return HardCaseResult(
-        bool(np.all(np.isfinite(rollout.positions))),
-        rollout.failure is not None,
-        polylines.length(last) / ROD_LENGTH - 1.0,
-        chain_clearance(last, ROD_DIAMETER / 2.0, case.obstacles),
-    )
-
-
-def measure(count: int, report: Callable[[int], None] = lambda done: None) -> dict[str, float]:
-    """Run random cases and count those that ended well, gave up, or silently went wrong."""
-    results = []
-    for seed in range(count):
-        results.append(run_case(sample_case(seed)))
-        report(seed + 1)
-    silent = [o for o in results if not o.good and not o.gave_up]
-    return {
-        "cases": count,
-        "finite": sum(o.finite for o in results),
-        "good": sum(o.good for o in results),
-        "gave_up": sum(o.gave_up for o in results),
-        "silently_wrong": len(silent),
-        "largest_stretch": max(abs(o.stretch) for o in results),
-        "least_clearance_m": min(o.clearance for o in results),
-    }

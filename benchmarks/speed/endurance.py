@@ -19,10 +19,10 @@ from benchmarks.faults.hostile_publisher import hostile_publisher
 from benchmarks.live_stack import LiveStack
 from benchmarks.operator import RESET_TIMEOUT, DeadlineMissed, Operator
 from benchmarks.repeated_runs import RepeatedRuns
-from benchmarks.result_block import find_block, report
-from benchmarks.speed.camera_to_arm import Latency, latencies
+from benchmarks.speed.live import latencies
 from benchmarks.speed.pages import OpenPages
 from benchmarks.speed.samples import Sample, sample_of, trends
+from benchmarks.tables import Result, publish
 from lariat.scenario import Scenario, load
 from lariat.scenario.shipped import find
 from lariat.trajectory import SECOND
@@ -55,7 +55,7 @@ class Operation:
     """Runs that did not, in words."""
     notes: list[str] = field(default_factory=list)
     """What else there is to say."""
-    latency: list[Latency] = field(default_factory=list)
+    latency: list[dict[str, object]] = field(default_factory=list)
     """Latencies from camera to arm."""
 
     def add(self, samples: list[Sample]) -> None:
@@ -72,8 +72,8 @@ def run(
     pages: int = 20,
     hostile_rate: float = 0.0,
     scenario: Path = DEFAULT_SCENARIO,
-    docs: Path | None = None,
     json: bool = False,
+    output: Path | None = None,
 ) -> int:
     """Run back to back for hours, and show whether memory, files, threads or step times grow.
 
@@ -93,31 +93,33 @@ def run(
         hostile_rate: Hostile messages over all topics in a second of it, which the check of the bus
             refuses [Hz].
         scenario: Scenario of the runs.
-        docs: Folder of pages, in which the block of this command is written; none by default.
-        json: Print one JSON object instead of each table.
+        json: Print one JSON object instead of tables.
+        output: Folder for the tables as CSV.
 
     Returns:
         0 when every run reached its goal, 1 otherwise.
     """
-    block = find_block(docs)
     loaded = load(scenario)
-    operations: list[tuple[Operation, str]] = []
+    operations: list[tuple[str, Operation, str]] = []
     # What this process refuses beside the services is no news.
     logging.disable(logging.WARNING)
     if hours > 0.0:
-        operations.append((simulated(loaded, 60.0 * hours), "true nodes sensed"))
+        done = simulated(loaded, 60.0 * hours)
+        operations.append(("simulated", done, "true nodes sensed"))
     if live_minutes > 0.0:
-        answer = live(scenario, live_minutes, pages, hostile_rate)
-        operations.append((answer, str(Conditions.of(loaded.live))))
+        done = live(scenario, live_minutes, pages, hostile_rate)
+        operations.append(("live", done, str(Conditions.of(loaded.live))))
     logging.disable(logging.NOTSET)
-    for operation, conditions in operations:
-        minutes = max((sample.minutes for sample in operation.samples), default=0.0)
-        title = f"{minutes:.1f} min, {operation.runs} runs reached"
-        words = [conditions, *operation.notes[:10], *operation.failures[:10]]
-        report(trends(operation.samples), "; ".join(words), title=title, json=json, block=block)
-        if operation.latency:
-            report(operation.latency, "from the exposure of an image", json=json)
-    return 1 if any(operation.failures for operation, _ in operations) else 0
+    tables = []
+    for name, done, conditions in operations:
+        minutes = max((sample.minutes for sample in done.samples), default=0.0)
+        words = [f"{minutes:.1f} min, {done.runs} runs reached", conditions]
+        words += [*done.notes[:10], *done.failures[:10]]
+        tables.append(Result(name, trends(done.samples), "; ".join(words)))
+        if done.latency:
+            tables.append(Result("latencies", done.latency, "from the exposure of an image"))
+    publish(tables, json, output)
+    return 1 if any(done.failures for _, done, _ in operations) else 0
 
 
 def simulated(scenario: Scenario, minutes: float) -> Operation:

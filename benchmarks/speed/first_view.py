@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 import tempfile
 import time
-from dataclasses import dataclass
 
 from lariat.configuration import ConfigurationError
 
@@ -42,18 +41,13 @@ def find_browser() -> str:
     )
 
 
-@dataclass(frozen=True)
-class FirstView:
-    """Times since a browser was told to open a page."""
+def first_view(browser: str, address: str) -> tuple[float, float]:
+    """Open the page of a dashboard in a browser that is open and has nothing of it in its cache.
 
-    painted: float
-    """The browser has drawn the first text or image of the page [s]."""
-    usable: float
-    """The page's controls are there [s]."""
-
-
-def first_view(browser: str, address: str) -> FirstView:
-    """Open the page of a dashboard in a browser that is open and has nothing of it in its cache."""
+    Returns:
+        Times since then at which the browser has drawn the first text or image, and at which the
+        page's controls are there [s].
+    """
     from playwright.sync_api import sync_playwright
 
     with (
@@ -76,4 +70,4 @@ def first_view(browser: str, address: str) -> FirstView:
         usable = time.time()
         painted = page.evaluate(PAINT_SCRIPT)
         context.close()
-    return FirstView(painted / 1e3 - begun, usable - begun)
+    return painted / 1e3 - begun, usable - begun

@@ -6,15 +6,14 @@ import json as decoder
 import os
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import tyro
 
 from benchmarks.conditions import Conditions
-from benchmarks.result_block import find_block, report
+from benchmarks.tables import Result, publish
 from lariat.configuration import ConfigurationError
 from lariat.scenario import Scenario
 from stack import services
@@ -27,38 +26,6 @@ ROOT = Path(__file__).parents[2]
 """Folder of this clone."""
 
 
-@dataclass(frozen=True)
-class ProcessTime:
-    """Wall time of one process in a run; `runner` is what no process does: delivery, score."""
-
-    process: str
-    """Name of the process."""
-    share_percent: float
-    """Share of the run [%]."""
-    ms_per_simulated_s: float
-    """Time for each simulated second [ms]."""
-    steps: int
-    """Number of its steps."""
-    step_p50_ms: float | None
-    """Median of its steps [ms]."""
-    step_p99_ms: float | None
-    """99th percentile of its steps [ms]."""
-
-
-@dataclass(frozen=True)
-class Pace:
-    """Real-time factors of one clone."""
-
-    clone: str
-    """Folder of the clone."""
-    factors: list[float]
-    """Simulated time divided by wall time of each run."""
-    median: float
-    """Median of them."""
-    ratio: float
-    """Median divided by that of the other clone."""
-
-
 def run(
     scenario: Annotated[Path, tyro.conf.Positional] = Path("three-cylinders"),
     /,
@@ -67,8 +34,8 @@ def run(
     ] = (),
     against: Path | None = None,
     count: int = 3,
-    docs: Path | None = None,
     json: bool = False,
+    output: Path | None = None,
 ) -> int:
     """Print where the time of `lariat run` goes, by process; with --against, which clone is faster.
 
@@ -83,21 +50,25 @@ def run(
         set: Replaces one value of the scenario; may be repeated.
         against: Folder of another clone.
         count: Number of runs of each clone.
-        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
+        output: Folder for the table as CSV.
     """
-    block = find_block(docs)
     loaded = load_with(scenario, set, None)
+    conditions = str(Conditions.of(loaded))
     if against:
-        rows, title = paces(str(scenario), set, against.resolve(), count), ""
+        table = Result("clones", paces(str(scenario), set, against.resolve(), count), conditions)
     else:
-        rows, title = process_times(loaded)
-    report(rows, str(Conditions.of(loaded)), title=title, json=json, block=block)
+        rows, words = process_times(loaded)
+        table = Result("processes", rows, f"{words}; {conditions}")
+    publish([table], json, output)
     return 0
 
 
-def process_times(scenario: Scenario) -> tuple[list[ProcessTime], str]:
-    """Run a scenario; return the time of each process, the longest first, and the run in words."""
+def process_times(scenario: Scenario) -> tuple[list[dict[str, Any]], str]:
+    """Run a scenario; return wall times by process, the longest first, and the run in words.
+
+    `runner` is what no process does: delivery and score.
+    """
     before: dict[str, int] = {}
 
     def watch(stack: SimulatedStack, scorer: Scorer) -> None:
@@ -105,30 +76,46 @@ def process_times(scenario: Scenario) -> tuple[list[ProcessTime], str]:
             before.update({name: len(stack.step_ms(name)) for name in services.NAMES})
 
     outcome = closed_loop.run(scenario, watch=watch)
-    score, rows = outcome.score, []
+    score = outcome.score
     wall = 1e3 * score.wall_s
     if not score.sim_s:
         raise ConfigurationError(f"{scenario.name}: {outcome.reason}")
     steps = {name: outcome.stack.step_ms(name)[before.get(name, 0) :] for name in services.NAMES}
     spent = {name: sum(times) for name, times in steps.items()}
     spent["runner"] = wall - sum(spent.values())
+    rows = []
     for name, total in sorted(spent.items(), key=lambda item: -item[1]):
         p50, p99 = np.quantile(steps[name], (0.5, 0.99)) if steps.get(name) else (None, None)
-        count = len(steps.get(name, ()))
-        share, pace = 100.0 * total / wall, total / score.sim_s
-        rows.append(ProcessTime(name, share, pace, count, p50, p99))
+        rows.append(
+            {
+                "process": name,
+                "share_percent": 100.0 * total / wall,
+                "ms_per_simulated_s": total / score.sim_s,
+                "steps": len(steps.get(name, ())),
+                "step_p50_ms": p50,
+                "step_p99_ms": p99,
+            }
+        )
     return rows, f"{score.scenario}: {score.sim_s:.1f} s in {score.wall_s:.1f} s"
 
 
-def paces(scenario: str, changes: tuple[str, ...], other: Path, count: int) -> list[Pace]:
-    """Run a scenario in this clone and another one in turn; return the pace of both."""
+def paces(scenario: str, changes: tuple[str, ...], other: Path, count: int) -> list[dict[str, Any]]:
+    """Run a scenario in this clone and another one in turn; return the real-time factors of both.
+
+    `ratio` is that of the medians of a clone and the other one.
+    """
     factors: dict[Path, list[float]] = {ROOT: [], other: []}
     for _ in range(count):
         for clone, found in factors.items():
             found.append(_real_time_factor(clone, scenario, changes))
     medians = {clone: float(np.median(found)) for clone, found in factors.items()}
     return [
-        Pace(str(clone), factors[clone], medians[clone], medians[clone] / medians[rival])
+        {
+            "clone": str(clone),
+            "factors": factors[clone],
+            "median": medians[clone],
+            "ratio": medians[clone] / medians[rival],
+        }
         for clone, rival in ((ROOT, other), (other, ROOT))
     ]
 

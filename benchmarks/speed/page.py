@@ -15,7 +15,6 @@ import sys
 import tempfile
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -23,9 +22,9 @@ import numpy as np
 import tyro
 
 from benchmarks.live_stack import free_port
-from benchmarks.result_block import report
 from benchmarks.speed.pages import OpenPages
 from benchmarks.speed.samples import sample_of
+from benchmarks.tables import Result, publish
 from lariat.configuration import ConfigurationError
 from lariat.trajectory import SECOND
 from shared import bus as buses
@@ -45,28 +44,6 @@ PAUSE = 0.5
 """Pause between two rounds of the recording [s]."""
 
 
-@dataclass(frozen=True)
-class Load:
-    """Load of the dashboard's process."""
-
-    pages: int
-    """Number of pages that read at once."""
-    slow_pages: int
-    """Number of pages that read slowly."""
-    seconds: float
-    """Duration of the measurement [s]."""
-    processor_percent: float
-    """Processor time of the process, as a share of one core [%]."""
-    step_p50_ms: float
-    """Median step time [ms]."""
-    step_p99_ms: float
-    """Median over the seconds of the 99th percentile of the step times [ms]."""
-    memory_mb: tuple[float, float]
-    """Resident memory at the beginning and at the end [MB]."""
-    received_kb_s: float
-    """Amount that each page which reads at once is sent [kB/s]."""
-
-
 def run(
     file: Annotated[Path, tyro.conf.Positional],
     /,
@@ -75,6 +52,7 @@ def run(
     seconds: float = 30.0,
     image_rate: float = 10.0,
     json: bool = False,
+    output: Path | None = None,
 ) -> int:
     """Print the load of the dashboard's process while a recorded run is played to it.
 
@@ -91,6 +69,7 @@ def run(
         seconds: Duration of the measurement [s].
         image_rate: Rate to which images are thinned [Hz].
         json: Print one JSON object instead of a table.
+        output: Folder for the table as CSV.
     """
     try:
         recording = Recording.open(file)
@@ -102,7 +81,7 @@ def run(
         scenario = Path(folder) / next(n for n in recording.files if n.endswith(".toml"))
         load = _measure(played, scenario, Path(folder), pages, slow_pages, seconds)
     rates = ", ".join(f"{key} {rate:.0f} Hz" for key, rate in played.rates.items() if rate >= 5.0)
-    report([load], f"played: {rates}", json=json)
+    publish([Result("page", [load], f"played: {rates}")], json, output)
     return 0
 
 
@@ -152,7 +131,8 @@ class _Played:
 
 def _measure(
     played: _Played, scenario: Path, folder: Path, pages: int, slow_pages: int, seconds: float
-) -> Load:
+) -> dict[str, object]:
+    """Load of the dashboard's process: of one core, of its steps, and what each page is sent."""
     port, page_port = free_port(), free_port()
     hub, namespace = f"tcp/127.0.0.1:{port}", f"page-{secrets.token_hex(4)}"
     token = folder / "token"
@@ -193,13 +173,13 @@ def _measure(
         used = last.processor_s - first.processor_s
         received = (readers.received - received) if readers else 0
         steps: list[Health] = [item.message for _, item in healths.take()]
-        return Load(
-            pages=pages,
-            slow_pages=slow_pages,
-            seconds=round(elapsed, 1),
-            processor_percent=round(100.0 * used / elapsed, 2),
-            step_p50_ms=round(float(np.median([h.step_p50_ms for h in steps])), 2),
-            step_p99_ms=round(float(np.median([h.step_p99_ms for h in steps])), 2),
-            memory_mb=(first.memory_mb, last.memory_mb),
-            received_kb_s=round(received / elapsed / 1e3 / max(pages, 1), 1),
-        )
+        return {
+            "pages": pages,
+            "slow_pages": slow_pages,
+            "seconds": round(elapsed, 1),
+            "processor_percent": round(100.0 * used / elapsed, 2),
+            "step_p50_ms": round(float(np.median([h.step_p50_ms for h in steps])), 2),
+            "step_p99_ms": round(float(np.median([h.step_p99_ms for h in steps])), 2),
+            "memory_mb": (round(first.memory_mb, 1), round(last.memory_mb, 1)),
+            "received_kb_s": round(received / elapsed / 1e3 / max(pages, 1), 1),
+        }

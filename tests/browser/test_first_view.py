@@ -16,5 +16,5 @@ pytestmark = [pytest.mark.live, NO_CHROMIUM]
 def test_a_page_is_painted_before_it_can_be_used() -> None:
     with started_cell() as cell:
         begun = time.monotonic()
-        view = first_view(find_browser(), cell.address)
-        assert 0.0 < view.painted < view.usable < time.monotonic() - begun
+        painted, usable = first_view(find_browser(), cell.address)
+        assert 0.0 < painted < usable < time.monotonic() - begun

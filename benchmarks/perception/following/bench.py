@@ -6,7 +6,6 @@ import json as encoder
 import sys
 import time
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -16,7 +15,7 @@ from benchmarks.perception.following.doubt import StatedDoubt, fitted, reliabili
 from benchmarks.perception.following.frames import VIEW, TrueFrame, frames_of
 from benchmarks.perception.following.others import OthersFigures, OthersFollower
 from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR
-from benchmarks.result_block import figures_table, find_block, show
+from benchmarks.tables import report
 from lariat.control.estimation.rope_tracker import MAX_P_WRONG
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import TABLE
@@ -97,7 +96,6 @@ def run(
     sequences: int = 4,
     seed: int = 0,
     only: tuple[Case, ...] = CASES,
-    docs: Path | None = None,
     json: bool = False,
     fit: bool = False,
     real_sensor: bool = False,
@@ -116,13 +114,11 @@ def run(
         sequences: Number of sequences of each case.
         seed: Seed of the first one.
         only: Cases to measure.
-        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
         fit: Print the coefficients of the doubt, fitted to these sequences.
         real_sensor: Give the depth images holes in glare and darkness, bleeding edges, bands of
             interference and the bias of a sensor that warms up.
     """
-    block = find_block(docs)
     rows, doubts, others = [], [], []
     for case in only:
         print(f"{case} ...", file=sys.stderr)
@@ -146,14 +142,8 @@ def run(
         "Probability that a visible node is off by over a centimetre, stated and as it came out."
     )
     beside = "Other ropes as published from the third of a second on."
-    show(
-        [
-            figures_table(rows, caption),
-            figures_table(others, beside),
-            figures_table(bins, stated),
-        ],
-        block,
-    )
+    for table, words in ((rows, caption), (others, beside), (bins, stated)):
+        report(table, words)
     if fit:
         print(f"COEFFICIENTS = {tuple(round(c, 3) for c in fitted(doubts))}")
     return 0

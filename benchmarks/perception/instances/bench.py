@@ -22,7 +22,7 @@ from benchmarks.perception.instances import calibration
 from benchmarks.perception.instances.judgement import Judgement, judge
 from benchmarks.perception.instances.reliability import draw_reliability
 from benchmarks.perception.pictures.generators import Ground, held_out_picture
-from benchmarks.result_block import figures_table, find_block, show
+from benchmarks.tables import report
 from lariat.perception.image import detector
 from lariat.perception.image.p_wrong import DOUBTFUL
 
@@ -79,7 +79,6 @@ def run(
     photographs: Path | None = None,
     diagram: Path | None = None,
     fit: int = 0,
-    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Measure the detection of several ropes in single pictures, and whether its doubt is true.
@@ -100,10 +99,8 @@ def run(
         diagram: Image file to write: stated doubt against the share of wrong answers.
         fit: Number of pictures of the tuning generator; prints coefficients of the doubt fitted to
             them, and measures nothing.
-        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
     """
-    block = find_block(docs)
     if fit:
         ropes, images = calibration.fit(fit)
         print(f"ROPE_COEFFICIENTS = {tuple(round(c, 4) for c in ropes)}")
@@ -127,7 +124,7 @@ def run(
         "Shares of pictures, of cables and of answers; no plant: the curves are drawn; ms: "
         "processor time."
     )
-    show([figures_table([vars(row) for row in rows], caption)], block)
+    report(rows, caption)
     return 0
 
 

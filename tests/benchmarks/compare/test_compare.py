@@ -28,7 +28,7 @@ def test_errors_of_more_nodes_and_shorter_steps_are_smaller() -> None:
         for n, substeps in ((10, 1), (20, 2), (40, 5))
     ]
     assert errors[0] > 4.0 * errors[1] > 16.0 * errors[2]
-    assert there.doubt_mm < 0.1 * errors[2]
+    assert there.own_error_mm < 0.1 * errors[2]
 
 
 @pytest.mark.parametrize("name", mujoco_ropes.ROPES)
@@ -45,4 +45,4 @@ def test_the_front_leaves_out_settings_that_a_faster_one_beats() -> None:
         {"us": us, "moving_mm": error}
         for us, error in ((30, 1.0), (10, 2.0), (20, 3.0), (40, 0.99))
     ]
-    assert [row["us"] for row in picture._unbeaten(rows, "moving_mm")] == [10, 30]
+    assert [row["us"] for row in picture.unbeaten(rows, "moving_mm")] == [10, 30]

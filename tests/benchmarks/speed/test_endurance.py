@@ -19,16 +19,16 @@ def samples(memory: list[float]) -> list[Sample]:
 
 def test_growth_of_memory_is_the_slope_of_its_samples_without_the_first_tenth() -> None:
     (flat,) = trends(samples([50.0, *[100.0] * 19]))
-    assert flat.memory_mb_per_hour == 0.0
+    assert flat["memory_mb_per_hour"] == 0.0
     (growing,) = trends(samples([100.0 + k for k in range(20)]))
-    assert growing.memory_mb_per_hour == pytest.approx(10.0)
-    assert growing.memory_mb == (102.0, 119.0)
+    assert growing["memory_mb_per_hour"] == pytest.approx(10.0)
+    assert growing["memory_mb"] == (102.0, 119.0)
 
 
 def test_load_is_the_processor_time_between_first_and_last_sample() -> None:
     (trend,) = trends(samples([100.0] * 20))
-    assert trend.processor_percent == pytest.approx(10.0)
-    assert (trend.step_p99_ms, trend.period_ms) == ((2.0, 2.0), 8.0)
+    assert trend["processor_percent"] == pytest.approx(10.0)
+    assert (trend["step_p99_ms"], trend["period_ms"]) == ([2.0, 2.0], 8.0)
 
 
 def test_sample_of_this_process_counts_its_open_files(tmp_path: Path) -> None:
@@ -46,6 +46,6 @@ def test_simulated_operation_counts_its_runs(
     monkeypatch.setattr(endurance, "SIMULATED_SAMPLE_PERIOD", SECOND)
     assert main(["bench", "speed", "endurance", "--hours", "0.001", "--json"]) == 0
     said = capsys.readouterr()
-    processes = {row["process"] for row in json.loads(said.out)["rows"]}
+    processes = {row["process"] for row in json.loads(said.out)["simulated"]}
     assert processes >= {"controller", "robot_gateway"}
     assert "1 runs reached" in said.err

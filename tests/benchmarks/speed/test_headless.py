@@ -13,9 +13,9 @@ from stack.scenario_overrides import load_with
 def test_processes_and_runner_share_the_whole_run() -> None:
     changes = ("sensing.source=truth", "run.time_limit=0.5")
     rows, title = headless.process_times(load_with(Path("twenty-posts"), changes))
-    assert {row.process for row in rows} >= {"sim", "controller", "robot_gateway", "runner"}
-    assert sum(row.share_percent for row in rows) == pytest.approx(100.0)
-    assert all(row.ms_per_simulated_s > 0.0 for row in rows)
+    assert {row["process"] for row in rows} >= {"sim", "controller", "robot_gateway", "runner"}
+    assert sum(row["share_percent"] for row in rows) == pytest.approx(100.0)
+    assert all(row["ms_per_simulated_s"] > 0.0 for row in rows)
     assert title.startswith("twenty-posts: 0.")
 
 
@@ -32,4 +32,4 @@ def test_clones_run_in_turn_and_are_compared_by_their_medians(
     monkeypatch.setattr(headless, "_real_time_factor", pace)
     ours, theirs = headless.paces("three-cylinders", (), other, 3)
     assert called == [headless.ROOT, other] * 3
-    assert (ours.median, theirs.median, ours.ratio) == (5.0, 2.5, 2.0)
+    assert (ours["median"], theirs["median"], ours["ratio"]) == (5.0, 2.5, 2.0)

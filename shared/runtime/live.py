@@ -269,7 +269,7 @@ class Runner:
 
     def _report_stall(self, problem: str) -> None:
         """Publish that a step does not end: in the log, and as the note of a health message."""
-        log.error("%s", problem)
+        log.warning("%s", problem, extra={"fold": "stalled step"})
         meter = self.meter
         health = Health(
             period_ms=1e3 / self._service.rate, steps=meter.steps, overruns=meter.overruns

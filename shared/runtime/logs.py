@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 import time
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,13 @@ _FOXGLOVE_LEVELS = {
     logging.CRITICAL: Log.Level.FATAL,
 }
 
+FOLDING_PERIOD = 60.0
+"""Time after which a record that is repeated passes again [s]."""
+MAX_REPETITIONS = 3
+"""Most records of one text that pass in that time."""
+MAX_FOLDED = 256
+"""Most texts that are remembered."""
+
 
 class PlainFormatter(logging.Formatter):
     """Formatter of text, as it stands in a record, without control characters."""
@@ -40,12 +48,42 @@ class LineFormatter(PlainFormatter):
         return text if record.levelno == logging.INFO else f"{record.levelname.lower()}: {text}"
 
 
+class RepetitionFilter(logging.Filter):
+    """Filter that passes a record a few times a minute, and then says how often it came.
+
+    Records are the same if their texts differ in numbers alone, or if their `fold`, an attribute
+    that `extra` gives them, is the same.
+    """
+
+    def __init__(self) -> None:
+        """Create a filter that has seen nothing."""
+        super().__init__()
+        self._counts: dict[tuple[int, str], tuple[float, int]] = {}
+        """Beginning of the present minute [s] and number of records in it."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Return whether a record passes; add the number of those that did not."""
+        text = record.getMessage()
+        key = record.levelno, getattr(record, "fold", "") or re.sub(r"\d+", "#", text)
+        begun, count = self._counts.pop(key, (record.created, 0))
+        if record.created - begun >= FOLDING_PERIOD:
+            if count > MAX_REPETITIONS:
+                more = count - MAX_REPETITIONS
+                record.msg, record.args = f"{text} ({more} more before)", None
+            begun, count = record.created, 0
+        self._counts[key] = begun, count + 1
+        if len(self._counts) > MAX_FOLDED:
+            del self._counts[next(iter(self._counts))]
+        return count < MAX_REPETITIONS
+
+
 class BusHandler(logging.Handler):
     """Handler that publishes log records on the bus."""
 
     def __init__(self, publisher: Publisher, service: str) -> None:
         """Create a handler."""
         super().__init__(logging.INFO)
+        self.addFilter(RepetitionFilter())
         self._publisher = publisher
         self._service = service
         self.setFormatter(PlainFormatter())
@@ -79,4 +117,5 @@ def log_to_standard_error() -> None:
     """Send the log records of this process to standard error."""
     handler = logging.StreamHandler()
     handler.setFormatter(LineFormatter())
+    handler.addFilter(RepetitionFilter())
     logging.basicConfig(level=logging.INFO, handlers=[handler], force=True)

@@ -5,7 +5,13 @@ import logging
 
 from shared import topics
 from shared.messages import StackState, TaskState, validation
-from shared.runtime.logs import LineFormatter, PlainFormatter
+from shared.runtime.logs import (
+    FOLDING_PERIOD,
+    MAX_REPETITIONS,
+    LineFormatter,
+    PlainFormatter,
+    RepetitionFilter,
+)
 from stack.launcher.console import ProcessConsole
 
 HOSTILE = "\x1b[2J\x9b31mall is well\r"
@@ -38,3 +44,32 @@ def test_texts_of_messages_have_no_control_characters() -> None:
     stack.scenarios.add(name="b", real_arms=["c", HOSTILE])
     decoded = validation.decode(topics.STACK_STATE, stack.SerializeToString())
     assert list(decoded.scenarios[0].real_arms) == ["c", PLAIN]
+
+
+def passed(texts: list[tuple[float, str, str]]) -> list[str]:
+    """Texts that a filter passes, of those at a time [s] with a fold."""
+    repetitions, found = RepetitionFilter(), []
+    for created, text, fold in texts:
+        record = logging.LogRecord("a", logging.WARNING, "a.py", 1, "%s", (text,), None)
+        record.created, record.fold = created, fold
+        if repetitions.filter(record):
+            found.append(record.getMessage())
+    return found
+
+
+def test_what_is_repeated_is_folded_and_counted() -> None:
+    many = [(float(k), f"late by {k} ms", "") for k in range(50)]
+    late = passed([*many, (FOLDING_PERIOD + 1.0, "late by 7 ms", "")])
+    assert len(late) == MAX_REPETITIONS + 1
+    assert "47" in late[-1]
+    assert len(passed([*many, (60.0 + 1.0, "late by 7 s", "")])) == MAX_REPETITIONS + 1
+
+
+def test_other_texts_pass_between_repetitions() -> None:
+    texts = [(0.1 * k, "alarm" if k == 30 else "late", "") for k in range(60)]
+    assert passed(texts) == ["late"] * MAX_REPETITIONS + ["alarm"]
+
+
+def test_texts_of_one_fold_count_together() -> None:
+    places = [(0.1 * k, f"stuck in {'abcdefgh'[k % 8]}", "stuck") for k in range(40)]
+    assert len(passed(places)) == MAX_REPETITIONS

@@ -141,6 +141,12 @@ class WebServer:
     async def _stop(self) -> None:
         self._listener.close()
         await self._runner.cleanup()
+        # A handler that waits for a browser's last word would be destroyed with the loop.
+        tasks = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in tasks:
+            task.cancel()
+        if tasks:
+            await asyncio.wait(tasks, timeout=SHUTDOWN_TIMEOUT)
 
     def _take_fault(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """Log what went wrong at a connection, folded: strangers can repeat it."""

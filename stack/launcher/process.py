@@ -44,7 +44,8 @@ class Program:
     ready_line: str = ""
     """Text of the line that it prints when ready; empty: its first health message says so."""
     saves: bool = False
-    """Whether it saves data while it ends: the launcher waits as long as it prints its progress."""
+    """Whether it saves data or disconnects browsers while it ends: the launcher waits as long as it
+    prints its progress."""
     death_signal: signal.Signals = signal.SIGKILL
     """Signal that the kernel sends it when the launcher is killed."""
 

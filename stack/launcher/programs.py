@@ -57,7 +57,7 @@ def service_program(
         restart_arguments=("--restarted",),
         stage=SHUTDOWN_STAGES.get(name, 0),
         niceness=NICENESS.get(name, 0),
-        saves=name == "recorder",
+        saves=name in ("recorder", "dashboard"),
         # These two shut down in an orderly way even when the launcher is killed.
         death_signal=signal.SIGTERM if name in ("robot_gateway", "recorder") else signal.SIGKILL,
     )

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import asyncio
 import json
 from collections.abc import Iterator
 from concurrent.futures import Future
@@ -215,6 +216,14 @@ def test_slow_browser_gets_the_newest_status_and_none_of_those_before(
             socket.recv(0.3)
         socket.send(SEEN)
         assert json.loads(socket.recv(5.0))["cell"] == {"text": "49"}
+
+
+def test_no_task_is_left_pending_at_the_end(arms: Arms) -> None:
+    port = free_port()
+    site = Site(DashboardOptions(port=port, address=(f"http://127.0.0.1:{port}",)), "test", arms)
+    waiting = asyncio.run_coroutine_threadsafe(asyncio.sleep(60.0), site._web_server._loop)
+    site.close()
+    assert waiting.cancelled()
 
 
 def test_page_without_the_controls_asks_for_them_and_approaches_nothing(

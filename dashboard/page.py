@@ -35,7 +35,7 @@ from dashboard.subscriptions import HEALTHS, STALE_AGE, latest_with_age, unheard
 from dashboard.uploads import Uploads
 from dashboard.web.site import notify
 from lariat.geometry.obstacle_motion import obstacles_at
-from lariat.scenario import SIDES, Scenario
+from lariat.scenario import Scenario
 from lariat.trajectory import NANOSECONDS, SECOND
 from shared import topics
 from shared.cell_checks import REQUIRED_SERVICES, CellChecks
@@ -64,11 +64,6 @@ REFUSAL_GAP = 50
 reported too [-]; the controller sends this many chunks in a second."""
 
 
-def simulated(scenario: Scenario) -> bool:
-    """Whether no arm of a cell is real."""
-    return not any(scenario.end(side).address for side in SIDES)
-
-
 class Page:
     """Page of one web server; every method is called in the thread that steps."""
 
@@ -84,7 +79,7 @@ class Page:
         self._uploads = Uploads(self._actions, self.notify)
         gui = server.gui
         gui.set_panel_label(f"Lariat · {scenario.name}")
-        self._simulated = simulated(scenario)
+        self._simulated = scenario.simulated
         self._run_controls = RunControls(
             gui,
             self._actions,

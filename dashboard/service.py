@@ -9,7 +9,7 @@ from dashboard.controls.hold_path import HoldPath
 from dashboard.controls.stop_bar import StopBar
 from dashboard.options import DashboardOptions
 from dashboard.outbox import Outbox
-from dashboard.page import Page, simulated
+from dashboard.page import Page
 from dashboard.subscriptions import READS, latest_with_age, reads, silence, unheard
 from dashboard.web.site import Site
 from lariat.arms.description import with_own_urdfs
@@ -46,7 +46,7 @@ class DashboardService:
         self.outbox = Outbox(session)
         self.reflex = HoldPath(session)
         self._stop_bar = StopBar(self.outbox, self.reflex)
-        self._first_steps = FirstSteps(simulated(scenario))
+        self._first_steps = FirstSteps(scenario.simulated)
         self._site = Site(options, f"{scenario.name} · Lariat", self._stop_bar)
         self.address = self._site.address
         self._page = Page(self._site.viser, scenario, self.outbox)

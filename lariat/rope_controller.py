@@ -44,7 +44,7 @@ from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.geometry.obstacles import Obstacle
 from lariat.rod import Rod
 from lariat.safety.motion_contract import SETPOINT_PERIOD
-from lariat.scenario import SIDES, Goal, Scenario
+from lariat.scenario import Goal, Scenario
 from lariat.scenario.extensions import ExtensionFault
 from lariat.scenario.rod_properties import rod_properties
 from lariat.trajectory import MotionState, SetpointChunk
@@ -73,7 +73,7 @@ class RopeController:
             settings=live_settings.texts(scenario.control, live_keys(scenario.control)),
             usual_pace=scenario.control.pace,
             pace=scenario.control.pace,
-            resettable=not any(scenario.end(side).address for side in SIDES),
+            resettable=scenario.simulated,
         )
         self._model = prediction_rod(scenario, rod)
         estimator = state_estimator(scenario.control, self._model, MotionState.at_rest(*start), 0)

@@ -19,7 +19,7 @@ from dashboard.panels.chart import (
     with_marks,
 )
 from lariat.rope_parameters import PUBLISHED, Values
-from lariat.scenario import SIDES, Scenario
+from lariat.scenario import Scenario
 from lariat.scenario.rod_properties import rod_properties
 from lariat.trajectory import SECOND
 from shared.history import History
@@ -166,7 +166,7 @@ class ParameterPanel:
 
 def true_values(scenario: Scenario) -> dict[str, float]:
     """Return the true parameters of the simulated rope by name; none where an arm is real."""
-    if any(scenario.end(side).address for side in SIDES):
+    if not scenario.simulated:
         return {}
     rope = rod_properties(scenario.plant_rope)
     scalars = (p for p in PUBLISHED if p.values is Values.SCALAR)

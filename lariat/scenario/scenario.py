@@ -100,6 +100,11 @@ class Scenario:
             )
 
     @property
+    def simulated(self) -> bool:
+        """Whether no arm of the cell is real: every driver of one needs an address."""
+        return not any(self.end(side).address for side in SIDES)
+
+    @property
     def shape_files(self) -> tuple[str, ...]:
         """Names of the CSV files of all its shapes, each once."""
         return tuple(dict.fromkeys(shape.file for shape in _shapes_of(self) if shape.file))

@@ -197,7 +197,7 @@ def build(
     follower.compile()
     follower.constraints.replace_obstacles(scenario.bodies)
     ends = [scenario.end(side) for side in SIDES]
-    real = any(end.address for end in ends)
+    real = not scenario.simulated
     arm_automatically = not real and all(
         end.arm_automatically for end in ends if end.driver != "fixed"
     )

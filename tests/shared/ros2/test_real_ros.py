@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 import subprocess
+import threading
 import time
+from collections import deque
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -15,14 +17,19 @@ import pytest
 
 from cli.export.drawn_messages import drawn_messages
 from shared.recording import Recording
+from shared.ros2.actions import ActionServer, ServerGoal, Status
+from shared.ros2.node import Call
 from shared.ros2.outputs import converted, outputs
-from shared.ros2.types import STORE, decoded, encoded, ros, type_hash
+from shared.ros2.types import STORE, decoded, define_action, encoded, ros, type_hash
+from shared.ros2.wire import LATCHED
 from tests.cli.export.recorded import recording
+from tests.shared.cell import until
 from tests.shared.ros2.graph import Graph
 
 ROOT = Path(__file__).parents[3]
 RCLPY, PYZEROS = ROOT / ".ros" / "rclpy", ROOT / ".ros" / "pyzeros"
 HERE = Path(__file__).parent
+FIBONACCI = "test_msgs/action/Fibonacci"
 WITHOUT_PACKAGE = {"tf2_msgs/msg/TFMessage"}
 """Published types for which there is no wheel of rclpy."""
 
@@ -145,3 +152,92 @@ def test_another_implementation_sees_hears_and_calls_the_node():
         assert entity.token in found["tokens"]
         assert found["gids"][entity.token] == entity.gid.hex()
     assert node.entity.token in found["tokens"]
+
+
+@pytest.mark.live
+def test_a_real_action_client_follows_one_goal_and_cancels_another():
+    python = environment(RCLPY)
+    define_action(FIBONACCI, "int32 order\n---\nint32[] sequence\n---\nint32[] sequence")
+    with ExitStack() as stack:
+        graph = Graph(stack)
+        server = ActionServer(graph.first, "/fibonacci", FIBONACCI)
+        relay = Relay(graph, python)
+        stack.callback(relay.peer.kill)
+        goal: ServerGoal | None = None
+        deadline = time.monotonic() + 120.0
+        while relay.found is None:
+            assert time.monotonic() < deadline
+            for new in server.take():
+                new.accept()
+                goal, sequence = new, [0, 1]
+            if goal is not None and goal.active:
+                sequence.append(sequence[-1] + sequence[-2])
+                goal.feedback(sequence=np.array(sequence, np.int32))
+                if goal.cancel_requested:
+                    goal.end(Status.CANCELED, sequence=np.array(sequence, np.int32))
+                elif len(sequence) > goal.message.order:
+                    goal.end(Status.SUCCEEDED, sequence=np.array(sequence, np.int32))
+            relay.step()
+            time.sleep(0.05)
+    found = relay.found
+    assert found["accepted"] == [True, True]
+    assert found["status"] == [Status.SUCCEEDED, Status.CANCELED]
+    assert found["sequence"] == [0, 1, 1, 2, 3, 5]
+    assert [0, 1, 1, 2] in found["feedback"]
+    assert found["canceling"] == 1
+
+
+PARTS = {
+    "send_goal": f"{FIBONACCI}_SendGoal",
+    "cancel_goal": "action_msgs/srv/CancelGoal",
+    "get_result": f"{FIBONACCI}_GetResult",
+}
+"""Service of each part of the action."""
+
+
+class Relay:
+    """Pipe to the peer's client, whose requests become calls of the wire."""
+
+    def __init__(self, graph: Graph, python: str) -> None:
+        node, parts = graph.node("relay"), "/fibonacci/_action"
+        self._clients = {p: node.client(f"{parts}/{p}", kind) for p, kind in PARTS.items()}
+        feedback = node.subscription(f"{parts}/feedback", f"{FIBONACCI}_FeedbackMessage")
+        status = node.subscription(f"{parts}/status", "action_msgs/msg/GoalStatusArray", LATCHED)
+        self._topics = {"feedback": feedback, "status": status}
+        self._calls: dict[str, Call] = {}
+        self._lines: deque[str] = deque()
+        self.found: dict[str, Any] | None = None
+        until(lambda: all(client.matched for client in self._clients.values()))
+        self.peer = subprocess.Popen(
+            [python, str(HERE / "rclpy_action_peer.py")],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        assert self.peer.stdout is not None
+        self._lines.extend(iter(self.peer.stdout.readline, ""))
+
+    def step(self) -> None:
+        """Passes on what has come from either side."""
+        while self._lines:
+            id, part, *payload = self._lines.popleft().split(maxsplit=2)
+            if id == "done":
+                self.found = json.loads(" ".join([part, *payload]))
+                return
+            request = decoded(bytes.fromhex(payload[0]), f"{PARTS[part]}_Request")
+            self._calls[id] = self._clients[part].call(request, 60.0)
+        for id, call in list(self._calls.items()):
+            if (response := call.take()) is not None:
+                del self._calls[id]
+                self._send(id, response)
+        for name, subscription in self._topics.items():
+            for message in subscription.take():
+                self._send(name, message)
+
+    def _send(self, target: str, message: Any) -> None:
+        assert self.peer.stdin is not None
+        self.peer.stdin.write(f"{target} {encoded(message).hex()}\n")
+        self.peer.stdin.flush()

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.campaign import Campaign, Workers
-from benchmarks.paper import gradient_times
 from benchmarks.paper.closed_loop import PAPER_TIME_STEP
 from benchmarks.paper.studies import (
     ADAPTATION_STUDIES,
@@ -17,7 +16,6 @@ from benchmarks.paper.studies import (
     ShapingTrial,
     Study,
     adaptation_row,
-    rods,
     row,
     run_trial,
     studies,
@@ -33,7 +31,6 @@ STUDY_CONDITIONS = (
 ADAPTATION_CONDITIONS = (
     f"Plant: xpbd, n = 40, {COMPLIANCE_RATIO:g} times as soft as the model; true nodes sensed"
 )
-SPEED_CONDITIONS = "n = 40, 5 steps of 10 ms, no contact; processor time"
 
 
 def run(
@@ -43,7 +40,6 @@ def run(
     seed: int = 0,
     adaptation_goals: int = 5,
     only: tuple[str, ...] = (),
-    speed: bool = True,
     results: Path | None = None,
     workers: Workers = 1,
     plot: Path | None = None,
@@ -54,13 +50,13 @@ def run(
 
     The methods are the paper's network, Adam on the actions, and Gauss-Newton; model and plant are
     the same rod, the paper's (xpbd) or Lariat's (direct), each with 40 nodes, whose state is known.
-    The paper's online adaptation, the same goals by the whole stack, and the times of gradients by
-    Taichi's reverse mode and by adjoints follow.
+    The same goals by the whole stack, and the paper's online adaptation follow. Gradients are timed
+    by `lariat bench compare --part paper`.
 
     Examples:
       lariat bench paper --plot docs/results/reproduction.png --workers 2 --results paper.jsonl
-      lariat bench paper --goals 2 --seeds 1 --adaptation-goals 1 --no-speed
-      lariat bench paper --only mean --goals 3 --no-speed
+      lariat bench paper --goals 2 --seeds 1 --adaptation-goals 1
+      lariat bench paper --only mean --goals 3
 
     Args:
         goals: Number of goals.
@@ -69,7 +65,6 @@ def run(
         seed: Seed of the goals.
         adaptation_goals: Number of goals of the adaptation studies.
         only: Words of the studies to run; all studies by default.
-        speed: Whether gradients are timed.
         results: File of finished runs, one JSON object a line; runs that it holds are not run
             again.
         workers: Number of processes, or the address of a Dask scheduler.
@@ -99,8 +94,6 @@ def run(
     if softer:
         rows = [adaptation_row(*one) for one in softer.items()]
         tables.append(Result("adaptation", rows, ADAPTATION_CONDITIONS))
-    if speed:
-        tables.append(Result("speed", gradient_times.compare(*rods()), SPEED_CONDITIONS))
     publish(tables, json, output)
     if plot is not None:
         _draw({s: t for s, t in by_study.items() if s not in softer}, softer, plot)
@@ -114,12 +107,12 @@ def _line(trial: ShapingTrial) -> str:
 
 def _reproduced(trials: Sequence[ShapingTrial]) -> bool:
     """Whether the network on the paper's rod is as accurate as the paper says, with every seed."""
-    networks: dict[int, list[ShapingTrial]] = {}
+    networks: dict[Study, list[ShapingTrial]] = {}
     for trial in trials:
         study = trial.spec.study
-        plain = study.softer == 1.0 and not study.mean_norm and not study.differentiates_inputs
-        if (study.method, study.solver) == ("network", "xpbd") and plain:
-            networks.setdefault(study.seed, []).append(trial)
+        as_published = study.softer == 1.0 and not study.mean_norm
+        if (study.method, study.solver) == ("network", "xpbd") and as_published:
+            networks.setdefault(study, []).append(trial)
     return all(
         np.mean([t.error_mm for t in runs]) <= 3.0
         and sum(t.error_mm < 5.0 for t in runs) >= 0.9 * len(runs)

@@ -91,16 +91,17 @@ class RunControls:
         self._resumed = False
         """Whether the arms have been resumed since."""
         self._arms: ArmStates | None = None
+        # Above the next step, which comes and goes: Pause and Stop keep their places.
+        self._groups = {
+            RUNNING: self._add_group(gui, actions, RUN_REQUESTS),
+            PAUSED: self._add_group(gui, actions, {"Stop": TaskRequest.STOP}),
+        }
         self._buttons = {
             label: gui.add_button(label, icon=icon, color=color, visible=False, hint=hint)
             for label, (_, icon, color, hint) in STEPS.items()
         }
         for label, button in self._buttons.items():
             button.on_click(lambda _, s=label: actions.put(lambda: self._press(s)))
-        self._groups = {
-            RUNNING: self._add_group(gui, actions, RUN_REQUESTS),
-            PAUSED: self._add_group(gui, actions, {"Stop": TaskRequest.STOP}),
-        }
         if live and simulated:
             self._add_group(
                 gui,

@@ -149,7 +149,7 @@ def test_first_steps_follow_the_cell_and_a_phone_only_watches(bench: tuple[Cell,
     expect(guide).to_be_hidden()
     again.click()
     expect(guide).to_contain_text("First steps")
-    disarm = page.get_by_role("button", name="Disarm")
+    stop = page.get_by_role("button", name="Stop", exact=True)
     for width, height in ((1280, 800), (390, 844)):
         page.set_viewport_size({"width": width, "height": height})
         expect(page.locator("#stop-bar .hold")).to_be_visible()
@@ -159,7 +159,7 @@ def test_first_steps_follow_the_cell_and_a_phone_only_watches(bench: tuple[Cell,
         assert hold["x"] + hold["width"] <= width
         assert hold["y"] + hold["height"] <= height
         # A phone only watches.
-        expect(disarm).to_have_css("pointer-events", "none" if width < 700 else "auto")
+        expect(stop).to_have_css("pointer-events", "none" if width < 700 else "auto")
     expect(page.locator("#banner")).to_contain_text("only watches; HOLD works")
     expect(guide).to_be_hidden()
     # It shows the scene above the panel.
@@ -171,10 +171,10 @@ def test_first_steps_follow_the_cell_and_a_phone_only_watches(bench: tuple[Cell,
     assert box is not None
     assert (box["x"], box["width"]) == (0.0, 390.0)
     assert box["y"] >= 400.0
-    start = page.get_by_role("button", name="Start", exact=True).bounding_box()
-    assert start is not None
-    assert start["x"] + start["width"] < 390.0
-    assert start["width"] > 340.0
+    edit = page.get_by_role("button", name="Edit goal").bounding_box()
+    assert edit is not None
+    assert edit["x"] + edit["width"] < 390.0
+    assert edit["width"] > 340.0
     page.locator("#stop-bar .hold").click()
     assert cell.asked(topics.ARM_COMMAND).action == ArmCommand.HOLD
     # Whoever asks a phone for the controls has them without its answer.

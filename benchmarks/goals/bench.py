@@ -18,12 +18,7 @@ from benchmarks.tables import Result, publish
 from environments.scenes import Kind
 from lariat.configuration import ConfigurationError
 from lariat.scenario import load
-from lariat.scenario.sections import (
-    CONTROL_METHODS,
-    PATH_PLANNERS,
-    PERCEPTION_METHODS,
-    STATE_ESTIMATORS,
-)
+from stack.scenario_overrides import load_with
 
 NO_PLANNER = "none"
 """Value of `--planner` with which no path is planned."""
@@ -91,9 +86,12 @@ def run(
         0 if all trials succeeded, else 1.
 
     Raises:
-        ConfigurationError: A method is unknown, or perception is compared without a camera.
+        ConfigurationError: A setting is refused, or perception is compared without a camera.
     """
-    _check_names(method, planner, estimator, perception, sensing)
+    if perception != ("ridge",) and sensing != "camera":
+        raise ConfigurationError(
+            f"--perception {' '.join(perception)} needs images; add --sensing camera"
+        )
     base = load(BASE_SCENARIO)
     common = (
         f"rope.youngs_modulus={youngs_modulus!r}",
@@ -128,6 +126,8 @@ def run(
             f"control.state_estimator={estimates}",
             f"control.adapt={str(adapts).lower()}",
         )
+        # Refuses unknown methods and values out of bounds before anything runs.
+        load_with(BASE_SCENARIO, settings)
         compared = zip(options.items(), values, strict=True)
         variant = ", ".join(
             f"{k} {v}" if k in ("stiffness x", "latency", "adapt") else f"{v}"
@@ -151,33 +151,6 @@ def run(
     details = [{**asdict(t), "succeeded": t.succeeded} for t in trials]
     publish([Result("summary", rows, meaning)], json, output, [Result("trials", details)])
     return 0 if trials and all(t.succeeded for t in trials) else 1
-
-
-def _check_names(
-    method: tuple[str, ...],
-    planner: tuple[str, ...],
-    estimator: tuple[str, ...],
-    perception: tuple[str, ...],
-    sensing: str,
-) -> None:
-    """Check the names of methods.
-
-    Raises:
-        ConfigurationError: A method is unknown, or perception is compared without a camera.
-    """
-    planners = [name for name in planner if name != NO_PLANNER]
-    for option, names, known in (
-        ("--method", method, CONTROL_METHODS),
-        ("--planner", planners, PATH_PLANNERS),
-        ("--estimator", estimator, STATE_ESTIMATORS),
-        ("--perception", perception, PERCEPTION_METHODS),
-    ):
-        for name in names:
-            known.check(name, option)
-    if perception != ("ridge",) and sensing != "camera":
-        raise ConfigurationError(
-            f"--perception {' '.join(perception)} needs images; add --sensing camera"
-        )
 
 
 def _line(trial: Trial) -> str:

@@ -164,6 +164,7 @@ def test_a_real_action_client_follows_one_goal_and_cancels_another():
         relay = Relay(graph, python)
         stack.callback(relay.peer.kill)
         goal: ServerGoal | None = None
+        sequence = [0, 1]
         deadline = time.monotonic() + 120.0
         while relay.found is None:
             assert time.monotonic() < deadline

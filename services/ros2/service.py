@@ -42,10 +42,11 @@ class Ros2Service:
         self._options = options
         self._frames = Frames(scenario)
         self._urdf = cell_urdf(scenario)
-        self._table = [
-            (source, output) for output in outputs() for source in _sources(output.source, scenario)
-        ]
-        sources = {source.key: source for source, _ in self._table}
+        self._outputs: dict[Topic, list[Output]] = {}
+        for output in outputs():
+            for source in _sources(output.source, scenario):
+                self._outputs.setdefault(source, []).append(output)
+        sources = {source.key: source for source in self._outputs}
         # Frames are computed here: a cell without recorder has no drawing.
         for drawn in (topics.VIEW_TRANSFORMS, topics.VIEW_JOINTS):
             del sources[drawn.key]
@@ -70,11 +71,12 @@ class Ros2Service:
         node = Node("lariat", options.ros_namespace, options.domain, options.router, self.door)
         self._node = node
         by_name: dict[str, Publisher] = {}
-        for source, output in self._table:
-            name = output.name_for(source.key)
-            if name not in by_name:
-                by_name[name] = node.publisher(name, output.type, output.qos)
-            self._publishers[source.key, output.name] = by_name[name]
+        for source, found in self._outputs.items():
+            for output in found:
+                name = output.name_for(source.key)
+                if name not in by_name:
+                    by_name[name] = node.publisher(name, output.type, output.qos)
+                self._publishers[source.key, output.name] = by_name[name]
         # A latched message lives as long as its publisher.
         self._description = node.publisher(ROBOT_DESCRIPTION, "std_msgs/msg/String", LATCHED)
         self._description.put(robot_description(self._urdf))
@@ -84,9 +86,10 @@ class Ros2Service:
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Publish what is new to ROS 2, and pass on what it asks for."""
-        for source, output in self._table:
+        for source, found in self._outputs.items():
             for message in self._new(inbox, source, now):
-                self._publish(source, output, message)
+                for output in found:
+                    self._publish(source, output, message)
         if now - self._refreshed >= REFRESH_PERIOD:
             self._refreshed = now
         if self._commands is not None and self._action is not None:

@@ -101,8 +101,8 @@ class Scenario:
 
     @property
     def simulated(self) -> bool:
-        """Whether no arm of the cell is real: every driver of one needs an address."""
-        return not any(self.end(side).address for side in SIDES)
+        """Whether no driver of the cell can reach hardware."""
+        return not any(self.end(side).reaches_hardware for side in SIDES)
 
     @property
     def shape_files(self) -> tuple[str, ...]:

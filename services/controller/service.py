@@ -109,6 +109,7 @@ class ControllerService:
         if arrived and poses_known(arrived[-1].message):
             with self.door.guard(topics.ARM_STATE.key):
                 arms = arrived[-1].message
+                self._status.slow_pauses = arms.slow_pauses
                 condition = arm_condition(arms, self._session)
                 self.controller.take_arms(grip_motion(arms), condition, arms.stamp)
 

@@ -36,6 +36,10 @@ class StatusPublisher:
         self._revision = 0
         self._ended: int | None = None
         self._state = RunState.IDLE
+        self.slow_pauses = 0
+        """Pauses that a slow computer caused, as the gateway counts them."""
+        self._pauses_before: tuple[str, int] = "", 0
+        """Run that goes on, and that count at its begin."""
         self._result = RunResult()
         """Result of the present or last run; nothing changes it once the run is over."""
 
@@ -102,6 +106,8 @@ class StatusPublisher:
 
     def _present_result(self, now: int) -> RunResult:
         task, progress = self._task, self._progress
+        if self._pauses_before[0] != task.run or self._pauses_before[1] > self.slow_pauses:
+            self._pauses_before = task.run, self.slow_pauses
         return RunResult(
             run=task.run,
             reached=task.state is RunState.REACHED,
@@ -113,4 +119,5 @@ class StatusPublisher:
             replans=max(task.replan_count - progress.replans_before, 0),
             reason=str(task.reason),
             reason_code=task.reason.code.name,
+            slow_pauses=self.slow_pauses - self._pauses_before[1],
         )

@@ -124,6 +124,11 @@ class Arms:
     # State of the devices
 
     @property
+    def reach_hardware(self) -> bool:
+        """Whether any driver can reach hardware."""
+        return any(driver.reaches_hardware for driver in self.drivers)
+
+    @property
     def has_devices(self) -> bool:
         """Whether any end is a device, which deviates from its command."""
         return any(d.moves and np.isfinite(d.tracking_limit) for d in self.drivers)

@@ -61,9 +61,8 @@ class Cell:
         arm_automatically: bool = False,
         force_limit: ForceLimit | None = None,
         settings: CellSettings | None = None,
-        simulated: bool = False,
     ) -> None:
-        """Create a cell that is disarmed; one that is simulated reaches no real arm."""
+        """Create a cell that is disarmed."""
         self.follower = follower
         self.arms = Arms(drivers, starts)
         self.arm_automatically = arm_automatically
@@ -89,7 +88,7 @@ class Cell:
         """Whether the setpoints are so old that the command brakes."""
         self._moved_at = 0
         """Time at which the command last moved [ns]."""
-        self._simulated = simulated
+        self._simulated = not self.arms.reach_hardware
         self._pauses = 0
         """Number of pauses that a slow computer has caused."""
 
@@ -274,6 +273,7 @@ class Cell:
             approaching=self._approach.active,
             approach_distance=distance,
             approach_angle=angle,
+            pauses=self._pauses,
         )
 
     def _remarks(self, now: int) -> str:

@@ -112,6 +112,8 @@ def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmSt
         approaching=status.approaching,
         approach_distance=status.approach_distance,
         approach_angle=status.approach_angle,
+        reaches_hardware=any(driver.reaches_hardware for driver in drivers),
+        slow_pauses=status.pauses,
     )
 
 

@@ -38,9 +38,10 @@ class GatewayOptions:
     """Options of the gateway in addition to those of every service."""
 
     left_emulator: str = ""
-    """Host of the emulator that stands in for a left CR5 without an address."""
+    """Host of Lariat's own emulator, which stands in for a left CR5 without an address. Never that
+    of a real arm: its cell arms by itself and goes on by itself after a delay of the computer."""
     right_emulator: str = ""
-    """Host of the emulator that stands in for a right CR5 without an address."""
+    """Host of Lariat's own emulator at the right end."""
 
 
 class RobotGatewayService:
@@ -63,7 +64,6 @@ class RobotGatewayService:
     def __init__(
         self,
         cell: Cell,
-        simulated: bool,
         scene_guard: SceneGuard,
         scenario: str = "",
         addresses: Mapping[str, str] | None = None,
@@ -72,14 +72,12 @@ class RobotGatewayService:
 
         Args:
             cell: The cell.
-            simulated: Whether a reset may put the ends back to the start.
             scene_guard: Admission of scenes.
             scenario: Name of the scenario, for those who command the cell.
             addresses: Hosts of real arms by side.
         """
         self.cell = cell
         self.door = Door()
-        self.simulated = simulated
         self._scene_guard = scene_guard
         self._scenario, self._addresses = scenario, dict(addresses or {})
         self._logger = StateLogger()
@@ -113,7 +111,7 @@ class RobotGatewayService:
             self.cell.take_sign_of_life(sign, now)
         self._take_setpoints(inbox.every(topics.ARM_SETPOINTS))
         task = inbox.fresh(topics.TASK_STATE)
-        if task is not None and self.simulated:
+        if task is not None and not self.cell.arms.reach_hardware:
             self.cell.take_reset(task.message.reset_count)
         state = arm_states(self.cell.step(now), self.cell.arms.drivers, now)
         state.scenario = self._scenario
@@ -197,13 +195,12 @@ def build(
     follower.compile()
     follower.constraints.replace_obstacles(scenario.bodies)
     ends = [scenario.end(side) for side in SIDES]
-    real = not scenario.simulated
-    arm_automatically = not real and all(
+    arm_automatically = not any(driver.reaches_hardware for driver in drivers) and all(
         end.arm_automatically for end in ends if end.driver != "fixed"
     )
     force = ForceLimit(limits.pull)
-    cell = Cell(follower, drivers, starts, session, arm_automatically, force, simulated=not real)
+    cell = Cell(follower, drivers, starts, session, arm_automatically, force)
     removed = {event.remove_obstacle for event in scenario.events}
     guard = SceneGuard([body for body in scenario.bodies if body.name not in removed])
     addresses = {side: scenario.end(side).address for side in SIDES}
-    return RobotGatewayService(cell, not real, guard, scenario.name, addresses)
+    return RobotGatewayService(cell, guard, scenario.name, addresses)

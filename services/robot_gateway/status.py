@@ -46,3 +46,5 @@ class CellStatus:
     """Largest distance of an arm from the start [m]; 0 without an approach."""
     approach_angle: float
     """Largest angle of an arm from the start [rad]; 0 without an approach."""
+    pauses: int
+    """Number of pauses that a slow computer has caused."""

@@ -80,7 +80,7 @@ class ArmState(_message.Message):
     def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ..., mode: _Optional[str] = ..., link_rate: _Optional[float] = ..., link_gap: _Optional[float] = ..., pull: _Optional[float] = ..., powered: _Optional[bool] = ..., tracking_angle: _Optional[float] = ..., address: _Optional[str] = ...) -> None: ...
 
 class ArmStates(_message.Message):
-    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count", "cause", "may_move", "needs_resume", "next_session", "approach_distance", "approach_angle", "approaching", "needs_approach", "scenario")
+    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count", "cause", "may_move", "needs_resume", "next_session", "approach_distance", "approach_angle", "approaching", "needs_approach", "scenario", "reaches_hardware", "slow_pauses")
     class Mode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         DISARMED: _ClassVar[ArmStates.Mode]
@@ -116,6 +116,8 @@ class ArmStates(_message.Message):
     APPROACHING_FIELD_NUMBER: _ClassVar[int]
     NEEDS_APPROACH_FIELD_NUMBER: _ClassVar[int]
     SCENARIO_FIELD_NUMBER: _ClassVar[int]
+    REACHES_HARDWARE_FIELD_NUMBER: _ClassVar[int]
+    SLOW_PAUSES_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     boot: str
     mode: ArmStates.Mode
@@ -139,7 +141,9 @@ class ArmStates(_message.Message):
     approaching: bool
     needs_approach: bool
     scenario: str
-    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ..., cause: _Optional[str] = ..., may_move: _Optional[bool] = ..., needs_resume: _Optional[bool] = ..., next_session: _Optional[str] = ..., approach_distance: _Optional[float] = ..., approach_angle: _Optional[float] = ..., approaching: _Optional[bool] = ..., needs_approach: _Optional[bool] = ..., scenario: _Optional[str] = ...) -> None: ...
+    reaches_hardware: bool
+    slow_pauses: int
+    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ..., cause: _Optional[str] = ..., may_move: _Optional[bool] = ..., needs_resume: _Optional[bool] = ..., next_session: _Optional[str] = ..., approach_distance: _Optional[float] = ..., approach_angle: _Optional[float] = ..., approaching: _Optional[bool] = ..., needs_approach: _Optional[bool] = ..., scenario: _Optional[str] = ..., reaches_hardware: _Optional[bool] = ..., slow_pauses: _Optional[int] = ...) -> None: ...
 
 class ArmCommand(_message.Message):
     __slots__ = ("id", "stamp", "boot", "action", "arm", "close", "answers", "approach_distance", "approach_angle", "session")

@@ -133,7 +133,7 @@ class Parameters(_message.Message):
     def __init__(self, stamp: _Optional[int] = ..., prediction_error: _Optional[float] = ..., rod: _Optional[_Union[RodParameters, _Mapping]] = ..., xpbd: _Optional[_Union[XpbdParameters, _Mapping]] = ...) -> None: ...
 
 class RunResult(_message.Message):
-    __slots__ = ("stamp", "run", "reached", "duration", "error", "max_node_error", "min_clearance", "replans", "reason", "reason_code", "angle_error")
+    __slots__ = ("stamp", "run", "reached", "duration", "error", "max_node_error", "min_clearance", "replans", "reason", "reason_code", "angle_error", "slow_pauses")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     RUN_FIELD_NUMBER: _ClassVar[int]
     REACHED_FIELD_NUMBER: _ClassVar[int]
@@ -145,6 +145,7 @@ class RunResult(_message.Message):
     REASON_FIELD_NUMBER: _ClassVar[int]
     REASON_CODE_FIELD_NUMBER: _ClassVar[int]
     ANGLE_ERROR_FIELD_NUMBER: _ClassVar[int]
+    SLOW_PAUSES_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     run: str
     reached: bool
@@ -156,4 +157,5 @@ class RunResult(_message.Message):
     reason: str
     reason_code: _task_pb2.TaskState.Reason
     angle_error: float
-    def __init__(self, stamp: _Optional[int] = ..., run: _Optional[str] = ..., reached: _Optional[bool] = ..., duration: _Optional[float] = ..., error: _Optional[float] = ..., max_node_error: _Optional[float] = ..., min_clearance: _Optional[float] = ..., replans: _Optional[int] = ..., reason: _Optional[str] = ..., reason_code: _Optional[_Union[_task_pb2.TaskState.Reason, str]] = ..., angle_error: _Optional[float] = ...) -> None: ...
+    slow_pauses: int
+    def __init__(self, stamp: _Optional[int] = ..., run: _Optional[str] = ..., reached: _Optional[bool] = ..., duration: _Optional[float] = ..., error: _Optional[float] = ..., max_node_error: _Optional[float] = ..., min_clearance: _Optional[float] = ..., replans: _Optional[int] = ..., reason: _Optional[str] = ..., reason_code: _Optional[_Union[_task_pb2.TaskState.Reason, str]] = ..., angle_error: _Optional[float] = ..., slow_pauses: _Optional[int] = ...) -> None: ...

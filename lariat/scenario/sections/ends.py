@@ -12,6 +12,8 @@ DRIVERS = Extensible(("fixed", "ideal", "cr5", "simulated", "ur", "ros2"), "lari
 """Arm drivers; those from outside are a `lariat.protocols.Arm`."""
 OWN_PROTOCOL_DRIVERS = ("fixed", "ideal", "cr5")
 """Drivers whose arms are not described by `ends.*.urdf`."""
+HARMLESS_DRIVERS = ("fixed", "ideal", "simulated")
+"""Drivers that can never reach hardware."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +56,19 @@ class End:
     calibrated: bool = False
     """Whether the emulated arm differs from the nominal one, as a real arm does."""
 
+    @property
+    def reaches_hardware(self) -> bool:
+        """Whether the driver can reach hardware.
+
+        Every driver with an address can, whatever the address. Without one, the launcher's own
+        emulator stands in for a CR5, and `simulated` for any other arm.
+        """
+        return bool(self.address) and self.driver not in HARMLESS_DRIVERS
+
     def __post_init__(self) -> None:
         if self.driver == "fixed" and self.rotates:
             raise ValueError("rotates = true needs a driver that moves, got driver = 'fixed'")
-        if self.address and self.driver in ("fixed", "ideal", "simulated"):
+        if self.address and self.driver in HARMLESS_DRIVERS:
             raise ValueError(
                 f"address = {self.address!r} needs the driver of an arm, not {self.driver!r}"
             )

@@ -53,6 +53,8 @@ class Driver(Protocol):
     """Whether the end moves; a clamp does not."""
     joint_constraints: JointConstraints | None
     """Constraints of its joints; None without joints."""
+    reaches_hardware: bool
+    """Whether it can reach hardware; a simulation and Lariat's own emulator are none."""
     live: bool
     """Whether the arm runs on its own clock, not on that of `step`."""
     tracking_limit: float

@@ -15,6 +15,7 @@ class IdealDriver:
 
     name = "ideal"
     moves = True
+    reaches_hardware = False
     live = False
     joint_constraints: JointConstraints | None = None
     tracking_limit = np.inf

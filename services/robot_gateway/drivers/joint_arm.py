@@ -56,7 +56,7 @@ class JointArmDriver:
         facts = arm.facts
         self._arm, self._extension, self._kinematics = arm, extension, kinematics
         self.name = name
-        self.live = not facts.simulated
+        self.live = self.reaches_hardware = not facts.simulated
         self.tracking_limit = facts.tracking_limit
         self._period = round(1.0 / facts.rate / NANOSECONDS)
         self._max_joint_step = JOINT_STEP_LIMIT * max(1.0, 125.0 / facts.rate)

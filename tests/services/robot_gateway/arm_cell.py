@@ -68,15 +68,13 @@ class ArmWorld:
         """Start a gateway, which connects to the arm as it is."""
         kinematics = Kinematics(BASE, TOOL)
         driver = Cr5Driver(MemoryLink(self.emulator), kinematics, Limits(), emulated=True)
+        driver.reaches_hardware = not self._simulated
         self.driver = driver
         bodies = gripper_bodies(0.048, 0.012)
         boundaries = CellBoundaries(3.0, ((-2.0, -2.0, 0.01), (2.0, 2.0, 2.0)), bodies)
         follower = SetpointFollower(LIMITS, boundaries, GRIPS, [1], [driver.joint_constraints])
         drivers = (FixedDriver(GRIPS[0]), driver)
-        force = ForceLimit(20.0)
-        self.cell = Cell(
-            follower, drivers, GRIPS, BOOT, automatic, force, simulated=self._simulated
-        )
+        self.cell = Cell(follower, drivers, GRIPS, BOOT, automatic, ForceLimit(20.0))
         self.cell.take_scene([TABLE])
         self.report: CellStatus = self.cell.step(self.now)
 

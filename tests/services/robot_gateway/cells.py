@@ -52,11 +52,13 @@ class World:
             FixedDriver(starts[0]) if left == "fixed" else IdealDriver(starts[0]),
             IdealDriver(starts[1]),
         )
+        for driver in drivers:
+            driver.reaches_hardware = not simulated
         driven = [k for k, d in enumerate(drivers) if d.moves]
         bodies = gripper_bodies(0.048, 0.012)
         boundaries = CellBoundaries(length, workspace, bodies, spacing=spacing, regions=regions)
         follower = SetpointFollower(LIMITS, boundaries, starts, driven, tolerances=TOLERANCES)
-        self.cell = Cell(follower, drivers, starts, BOOT, automatic, simulated=simulated)
+        self.cell = Cell(follower, drivers, starts, BOOT, automatic)
         self.cell.take_scene(obstacles)
         self.now = START
         self.states: list[tuple[int, MotionState]] = []

@@ -58,6 +58,7 @@ def test_a_simulated_cell_goes_on_by_itself_after_silence() -> None:
     world.run(0.5)
     safety = world.report.safety
     assert (safety.mode, safety.cause, safety.needs_acknowledgement) == ("holding", "slow", False)
+    assert world.report.pauses == 1
     assert world.cell.follower.resting
     here = world.cell.follower.state.positions
     world.follow(lambda t: here + np.array([[0.0, 0.1 * t**2, 0.0]]), 0.5)

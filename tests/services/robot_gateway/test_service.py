@@ -9,7 +9,12 @@ import pytest
 from lariat.safety.guard.scene_guard import SceneGuard
 from lariat.scenario import SIDES, load
 from lariat.trajectory import SECOND
-from services.robot_gateway.service import REACTION_TIME, RobotGatewayService, build
+from services.robot_gateway.service import (
+    REACTION_TIME,
+    GatewayOptions,
+    RobotGatewayService,
+    build,
+)
 from shared import topics
 from shared.messages import (
     ArmCommand,
@@ -23,8 +28,10 @@ from shared.messages import (
 )
 from shared.runtime.service import Inbox, Received
 from shared.topics import Topic
+from stack.scenario_overrides import load_with
 
-SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
+FOLDER = Path(__file__).parents[3] / "scenarios"
+SCENARIO, FIXED_END = load(FOLDER / "three-cylinders.toml"), load(FOLDER / "fixed-end.toml")
 NAN = float("nan")
 START = 1_000_000_000
 
@@ -313,7 +320,7 @@ def test_states_name_the_scenario_and_the_hosts_of_real_arms(gateway: RobotGatew
     assert state.scenario == SCENARIO.name
     assert [arm.address for arm in state.arms] == ["", ""]
     real = RobotGatewayService(
-        gateway.cell, False, SceneGuard([]), "lab", addresses={"right": "192.168.5.1"}
+        gateway.cell, SceneGuard([]), "lab", addresses={"right": "192.168.5.1"}
     )
     ((_, state),) = real.step(Inbox({}, {}), START + 8_000_000)
     assert state.scenario == "lab"
@@ -368,3 +375,15 @@ def test_command_that_cannot_be_read_is_refused_and_the_next_one_is_taken(
     (published,) = gateway.step(Inbox({}, arrived), START)
     assert gateway.door.refused == 1
     assert published.message.last_command == "b"
+
+
+@pytest.mark.parametrize("address", ["", "127.0.0.1"])
+def test_whatever_has_an_address_can_reach_hardware(address: str) -> None:
+    overrides = [f"ends.{s}.address={address}" for s in SIDES if FIXED_END.end(s).driver == "cr5"]
+    scenario = load_with(FOLDER / "fixed-end.toml", overrides)
+    gateway = build(scenario, "g", GatewayOptions("127.0.0.31", "127.0.0.32"))
+    ((_, state),) = gateway.step(Inbox({}, {}), START)
+    gateway.cell.close()
+    assert state.reaches_hardware is not scenario.simulated
+    assert state.reaches_hardware is bool(address)
+    assert gateway.cell.arm_automatically is not bool(address)

@@ -65,7 +65,7 @@ class Cr5Driver:
             tool_output: Tool output that closes the gripper.
             settings: Settings to apply when the arm is enabled.
         """
-        self._emulated = emulated
+        self._emulated, self.reaches_hardware = emulated, not emulated
         self.joint_constraints: JointConstraints | None = JointConstraints(kinematics, limits)
         self._kinematics = kinematics
         self._client = Cr5Client(link, settings)

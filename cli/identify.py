@@ -20,6 +20,7 @@ from lariat.files.array_file import read_arrays
 from lariat.files.file_kind import kind_of
 from lariat.identification import (
     Fit,
+    Grip,
     Motion,
     Prediction,
     ReportProgress,
@@ -49,12 +50,14 @@ def main(
     linear_density: float | None = None,
     diameter: float = 0.008,
     drag_coefficient: float = 0.0,
+    grip: Grip = "clamped",
     json: bool = False,
 ) -> int:
     """Fit a rope's properties to measured motion, and score the rod's open-loop prediction.
 
     FILE is a .npz with `vertices` (sequences, frames, vertices, 3) [m], z up, `dt` [s], and
-    `prescribed`, the indices of the held vertices at the ends.
+    `prescribed`, the indices of the held vertices at the ends. The position of the innermost one
+    and the direction of the rope there drive the rod; one held vertex alone is a pin.
 
     Examples:
       lariat identify rope.npz
@@ -71,13 +74,15 @@ def main(
         linear_density: Mass per length [kg/m]; required for EI in N m^2.
         diameter: Diameter of the rope [m]; has little influence without drag.
         drag_coefficient: Initial drag coefficient across the rope, e.g. 1.1; 0 leaves drag out [-].
+        grip: Direction where two or more vertices are held: `clamped` if they are on the gripper,
+            along the innermost two; `measured` if they are on the rope, as the vertices there bend.
         json: Print one JSON object on standard output instead of a table.
 
     Returns:
         0 with a result; 2 when a file cannot be used.
     """
-    measured = read(file)
-    source = read(train) if train else measured
+    measured = read(file, grip)
+    source = read(train, grip) if train else measured
     for flag, path in (("--predictions", predictions), ("--plot", plot)):
         if path is not None and not path.parent.is_dir():
             raise ConfigurationError(f"{flag} {path}: there is no folder {path.parent}")
@@ -118,7 +123,7 @@ def main(
     return 0
 
 
-def read(path: Path) -> Motion:
+def read(path: Path, grip: Grip = "clamped") -> Motion:
     """Read a motion file.
 
     Raises:
@@ -142,7 +147,7 @@ def read(path: Path) -> Motion:
             "see docs/concepts/identification.md"
         ) from error
     with refusing(path):
-        return check_motion(*values)
+        return check_motion(*values, grip)
 
 
 def _initial_properties(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from lariat.identification.fit import Fit, ReportProgress, generic_rope, identify
-from lariat.identification.motion import Motion, check_motion
+from lariat.identification.motion import Grip, Motion, check_motion
 from lariat.identification.prediction import Prediction, predict
 from lariat.identification.summary import Finding, findings, undetermined
 
 __all__ = [
     "Finding",
     "Fit",
+    "Grip",
     "Motion",
     "Prediction",
     "ReportProgress",

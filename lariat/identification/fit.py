@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float64
 
 from lariat.identification import posterior
 from lariat.identification.material import Material
-from lariat.identification.motion import Motion
+from lariat.identification.motion import Grip, Motion
 from lariat.identification.posterior import Evidence
 from lariat.identification.rod_twin import RodTwin, Window
 from lariat.rod.properties import RodProperties
@@ -68,6 +68,10 @@ class Fit:
     """Ratio of that length to the one estimated from distances between vertices [-]."""
     seconds: float
     """Duration that was used of every sequence [s]."""
+    grip: Grip
+    """Kind of the held vertices."""
+    other_grip: float
+    """Probability that the held vertices are of the other kind [-]; see `Motion.grip`."""
 
     @property
     def properties(self) -> RodProperties:
@@ -175,6 +179,22 @@ class _Search:
             errors.append(factor * np.linalg.solve(found.information, moved))
         return errors
 
+    def other_grip(
+        self, x: Float64[np.ndarray, "P"], windows: list[Window]
+    ) -> tuple[float, Float64[np.ndarray, "P"]]:
+        """Return the probability of the other kind of grips, and what it changes in the unknowns.
+
+        Bayesian averaging of two models (Hoeting et al., 1999), which are equally likely at first.
+        """
+        if "clamped" not in self.twin.kinds or self.twin.motion.vertices.shape[2] < 5:
+            return 0.0, np.zeros_like(x)
+        every = np.ones(len(x), dtype=bool)
+        (own, own_cost), (other, other_cost) = (
+            search.descend(x, windows, every, 4, lambda share: None)
+            for search in (self, replace(self, twin=self.twin.of_other_grip()))
+        )
+        return float(1.0 / (1.0 + np.exp(np.clip(other_cost - own_cost, -50.0, 50.0)))), other - own
+
     def calibrate(self, x: Float64[np.ndarray, "P"], windows: list[Window]) -> None:
         """Set the noise to the mean error of the predictions."""
         predicted = self.twin.predict(self.material.properties(x), windows)
@@ -206,7 +226,8 @@ def identify(
         raise ValueError(
             f"{frames} frames of {motion.dt} s are too few to fit to; give at least 10"
         )
-    twin = RodTwin(motion.until(frames))
+    motion = motion.until(frames)
+    twin = RodTwin(motion, motion.smoothed())
     material = _material(twin, start or generic_rope())
     search = _Search(
         twin,
@@ -241,10 +262,20 @@ def identify(
     for error in search.resolution_errors(x, long, sum(blocks, search.prior(x))):
         # Every block errs in this way, so that their scatter does not show it.
         covariance += np.outer(error, error)
+    other_grip, change = search.other_grip(x, short[:: math.ceil(len(short) / MAX_SEARCH_WINDOWS)])
+    covariance += other_grip * np.outer(change, change)
     report("done", 1.0)
     scale = float(np.exp(x[material.groups["length"]][0]))
     return Fit(
-        material, x, covariance, search.noise, scale * twin.length, scale, frames * motion.dt
+        material,
+        x,
+        covariance,
+        search.noise,
+        scale * twin.length,
+        scale,
+        frames * motion.dt,
+        motion.grip,
+        other_grip,
     )
 
 

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
+from lariat.identification.smoothing import smoothed
+
+Grip = Literal["clamped", "measured"]
+"""Direction of the rope at the innermost of two or more held vertices.
+
+`clamped`: the gripper holds both vertices, and the rope leaves it along them. `measured`: they are
+on the rope, which bends between them; it has the tangent of a cubic through the nearest vertices.
+"""
 
 MAX_ROPE_LENGTH = 100.0
 """Length above which the vertices are assumed not to be in metres [m]."""
@@ -20,8 +29,8 @@ class Motion:
     """Vertices on a rope over time, in a frame whose z axis points up.
 
     Held vertices are inputs, known at every frame: the first ones at the left end, the last ones at
-    the right end, or both. One held vertex is a pin; two or more clamp the rope along the innermost
-    two.
+    the right end, or both. One held vertex is a pin; two or more prescribe the position of the
+    innermost one and the direction of the rope there, which follows from `grip`.
     """
 
     vertices: Float64[np.ndarray, "S T V 3"]
@@ -32,6 +41,8 @@ class Motion:
     """Number of held vertices at the left end."""
     right: int
     """Number of held vertices at the right end."""
+    grip: Grip = "clamped"
+    """Direction of the rope at its held vertices."""
 
     @property
     def free(self) -> Bool[np.ndarray, "V"]:
@@ -47,23 +58,46 @@ class Motion:
 
     def until(self, frames: int) -> Motion:
         """Return the first frames of every sequence."""
-        return Motion(self.vertices[:, :frames], self.dt, self.left, self.right)
+        return replace(self, vertices=self.vertices[:, :frames])
+
+    def mirrored(self) -> Motion:
+        """Return the motion with the order of the vertices reversed."""
+        return replace(self, vertices=self.vertices[:, :, ::-1], left=self.right, right=self.left)
+
+    def smoothed(self) -> Motion:
+        """Return the motion without the noise that differs from frame to frame."""
+        return replace(self, vertices=smoothed(self.vertices))
 
     def tangents(self, end: int) -> Float64[np.ndarray, "S T 3"]:
-        """Return unit vectors, from left to right, along the clamp at an end (0 left, 1 right)."""
+        """Return unit vectors along the rope, from left to right, at an end (0 left, 1 right)."""
         inner = self.left - 1 if end == 0 else -self.right
+        if self.grip == "measured":
+            return self._measured_tangents(inner)
         outer = inner - 1 if end == 0 else inner + 1
         along = self.vertices[:, :, inner] - self.vertices[:, :, outer]
         return poses.normalized(along if end == 0 else -along)
 
+    def _measured_tangents(self, vertex: int) -> Float64[np.ndarray, "S T 3"]:
+        """Return unit tangents at a vertex, of the cubic through four vertices at that end."""
+        at = [vertex + k for k in ((-1, 0, 1, 2) if vertex >= 0 else (-2, -1, 0, 1))]
+        near = self.vertices[:, :, at]
+        gaps = np.median(np.linalg.norm(np.diff(near, axis=2), axis=3), axis=(0, 1))
+        arcs = np.concatenate([[0.0], np.cumsum(gaps)])
+        # Row 1 of the inverse Vandermonde matrix: the derivative at arc length zero.
+        weights = np.linalg.inv(np.vander(arcs - arcs[at.index(vertex)], increasing=True))[1]
+        return poses.normalized(np.einsum("k,stkc->stc", weights, near))
 
-def check_motion(vertices: object, dt: object, prescribed: object) -> Motion:
+
+def check_motion(
+    vertices: object, dt: object, prescribed: object, grip: Grip = "clamped"
+) -> Motion:
     """Check the contents of a file and return them as a motion.
 
     Args:
         vertices: Array of shape (S, T, V, 3) [m].
         dt: Time between frames [s].
         prescribed: Indices of the held vertices.
+        grip: Direction of the rope where two or more vertices are held.
 
     Raises:
         ValueError: An argument has the wrong shape, type or range.
@@ -107,7 +141,9 @@ def check_motion(vertices: object, dt: object, prescribed: object) -> Motion:
     length = float(np.median(chords.sum(axis=2)))
     if length > MAX_ROPE_LENGTH:
         raise ValueError(f"the rope would be {length:.4g} m long; are vertices in metres?")
-    return Motion(v, step, left, right)
+    if grip == "measured" and count < 5:
+        raise ValueError(f"measured grips need at least 5 vertices, got {count}")
+    return Motion(v, step, left, right, grip)
 
 
 def _held_counts(prescribed: object, count: int) -> tuple[int, int]:

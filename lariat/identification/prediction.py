@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -14,7 +14,10 @@ from lariat.rod.properties import RodProperties
 
 @dataclass(frozen=True)
 class Prediction:
-    """Roll-outs from two measured frames of each sequence, driven by the held vertices."""
+    """Roll-outs from two measured frames of each sequence, driven by the held vertices.
+
+    Measured grips take the direction of the rope from the free vertices next to them too.
+    """
 
     motion: Motion
     """Measured motion."""
@@ -53,7 +56,9 @@ def predict(
     Raises:
         ValueError: `start` leaves no frame to predict.
     """
-    twin = RodTwin(motion)
+    # Of the free vertices, nothing after the first two frames may be known.
+    held = np.where(motion.free[:, None], motion.vertices, motion.smoothed().vertices)
+    twin = RodTwin(motion, replace(motion, vertices=held))
     frames = motion.vertices.shape[1]
     if not 1 <= start < frames - 1:
         raise ValueError(

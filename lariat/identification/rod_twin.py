@@ -1,8 +1,8 @@
 """Rod twin of a measured rope: grips, initial states and predicted vertices.
 
-A clamp or a pin lies on the innermost held vertex; a clamp points along the two innermost ones. The
-roll of a clamp about the rope is not measured: its frame is transported in parallel along its axis
-from an upright first frame.
+A clamp or a pin lies on the innermost held vertex; a clamp has the direction of `Motion.tangents`.
+The roll of a clamp about the rope is not measured: its frame is transported in parallel along its
+axis from an upright first frame.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from lariat.identification.initial_state import (
     project_lengths,
     project_velocities,
 )
-from lariat.identification.motion import Motion
+from lariat.identification.motion import Grip, Motion
 from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 
 MAX_TIME_STEP = 5.1e-3
@@ -52,19 +52,23 @@ class Window:
 class RodTwin:
     """Rods of any material that are driven like one measured rope."""
 
-    def __init__(self, motion: Motion, node_count: int | None = None) -> None:
+    def __init__(
+        self, motion: Motion, given: Motion | None = None, node_count: int | None = None
+    ) -> None:
         """Create the twin of a motion.
 
         Args:
-            motion: Measured motion.
+            motion: Measured motion, which the rod is compared with.
+            given: The same motion with less noise, for grips and initial states.
             node_count: Nodes of the rod; by default about twice the number of vertices.
         """
+        given = given or motion
         # At least one end is held; the rod is mirrored if the right end is held more firmly.
         self.mirrored = min(motion.right, 2) > min(motion.left, 2)
         if self.mirrored:
-            motion = Motion(motion.vertices[:, :, ::-1], motion.dt, motion.right, motion.left)
-        self.motion = motion
-        spanned = motion.vertices[:, :, motion.spanned]
+            motion, given = motion.mirrored(), given.mirrored()
+        self.motion, self.given = motion, given
+        spanned = given.vertices[:, :, given.spanned]
         self._vertices = spanned
         self.kinds = _kind(motion.left), _kind(motion.right)
         """Hold of the left and of the right end."""
@@ -87,9 +91,15 @@ class RodTwin:
 
     def refined(self, nodes: int, substeps: int) -> RodTwin:
         """Return a twin with so many times the nodes and the steps."""
-        finer = RodTwin(self.motion, nodes * self.node_count)
+        finer = RodTwin(self.motion, self.given, nodes * self.node_count)
         finer.substeps = substeps * self.substeps
         return finer
+
+    def of_other_grip(self) -> RodTwin:
+        """Return the twin whose held vertices are of the other kind."""
+        grip: Grip = "measured" if self.motion.grip == "clamped" else "clamped"
+        motions = (replace(m, grip=grip) for m in (self.motion, self.given))
+        return RodTwin(*motions, self.node_count)
 
     def of_length(self, properties: RodProperties, scale: float) -> RodProperties:
         """Return a material with the length of this rope at a length scale [-]."""
@@ -194,7 +204,7 @@ class RodTwin:
         every = max(1, len(frames) // MAX_LENGTH_FRAMES)
         frames = frames[::every]
         tangents = [
-            self.motion.tangents(end).reshape(-1, 3)[::every] if kind == "clamped" else None
+            self.given.tangents(end).reshape(-1, 3)[::every] if kind == "clamped" else None
             for end, kind in enumerate(self.kinds)
         ]
         gaps = np.median(np.linalg.norm(np.diff(frames, axis=1), axis=2), axis=0)
@@ -211,7 +221,7 @@ class RodTwin:
         """Return the orientation of each clamp at every frame; None for other ends."""
         chain = poses.normalized(np.diff(self._vertices[:, 0], axis=1))
         clamped = self.kinds[0] == "clamped"
-        tangents = self.motion.tangents(0) if clamped else chain[:, None, 0]
+        tangents = self.given.tangents(0) if clamped else chain[:, None, 0]
         left = parallel_transport(_upright(tangents[:, 0]), tangents)
         if self.kinds[1] != "clamped":
             return (left if clamped else None), None
@@ -219,7 +229,7 @@ class RodTwin:
         along = parallel_transport(left[:, 0], np.concatenate([tangents[:, :1], chain], axis=1))[
             :, -1
         ]
-        tangents = self.motion.tangents(1)
+        tangents = self.given.tangents(1)
         z = np.array([0.0, 0.0, 1.0])
         first = poses.multiply(
             poses.rotation_between(poses.rotate(along, z), tangents[:, 0]), along
@@ -273,7 +283,7 @@ class RodTwin:
         """Return nodes of rods through the vertices, `back` frames before each window [m]."""
         index = tuple(np.array([(w.sequence, w.frame - back) for w in windows]).T)
         tangents = [
-            self.motion.tangents(end)[index] if kind == "clamped" else None
+            self.given.tangents(end)[index] if kind == "clamped" else None
             for end, kind in enumerate(self.kinds)
         ]
         nodes = cubic_spline(

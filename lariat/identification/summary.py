@@ -74,6 +74,11 @@ def undetermined(fit: Fit, density_known: bool = False) -> list[str]:
         "Stretch: the rope is assumed to keep its length.",
         "Turns of twist: markers do not show the roll of the grips about the rope.",
     ]
+    if fit.other_grip > 0.5:
+        sentences.append(
+            "Grips: the motion fits held vertices of the other kind better; try --grip "
+            f"{'measured' if fit.grip == 'clamped' else 'clamped'}."
+        )
     found = findings(fit)
     for group in dict.fromkeys(f.name.partition("[")[0] for f in found):
         members = [f for f in found if f.name.partition("[")[0] == group]

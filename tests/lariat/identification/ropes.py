@@ -27,8 +27,12 @@ def recorded(
     right: str = "clamped",
     noise: float = 0.0,
     seed: int = 0,
+    on_rope: bool = False,
 ) -> Motion:
-    """Return the motion of a rope swung by its ends, at every fourth node and clamped edge."""
+    """Return the motion of a rope swung by its ends, at every fourth node.
+
+    Clamped edges are vertices too; with `on_rope`, the outer two nodes stand for them.
+    """
     random = np.random.default_rng(seed)
     rod = Rod(properties, NODES, right=right, tolerance=1e-8)
     z = np.array([0.0, 0.0, 1.0])
@@ -52,7 +56,9 @@ def recorded(
         inner = nodes[:, 4:-3:4]
         ends = [middles[:, -1:], nodes[:, -1:]] if right == "clamped" else [nodes[:, -1:]]
         sequences_of_vertices.append(
-            np.concatenate([nodes[:, :1], middles[:, :1], inner, *ends], axis=1)
+            nodes[:, ::4]
+            if on_rope
+            else np.concatenate([nodes[:, :1], middles[:, :1], inner, *ends], axis=1)
         )
     vertices = np.array(sequences_of_vertices)
     vertices += noise * random.normal(size=vertices.shape)

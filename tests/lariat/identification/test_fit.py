@@ -45,6 +45,20 @@ def test_stiffness_is_found_from_any_start(right: str, factor: float) -> None:
     assert np.mean(predict(other, fit.properties, fit.length_scale).scores) < 3e-3
 
 
+def test_vertices_on_the_rope_that_are_taken_for_a_gripper_are_noticed() -> None:
+    """Every vertex is on the rope; taken for clamps, the outer two make it seem softer by 40 %."""
+    motion = recorded(sequences=1, on_rope=True)
+    clamped = identify(motion)
+    measured = identify(replace(motion, grip="measured"))
+    assert clamped.other_grip > 0.9
+    assert "--grip measured" in " ".join(undetermined(clamped))
+    assert measured.other_grip < 0.1
+    wrong, right = (named(findings(fit), "stiffness") for fit in (clamped, measured))
+    assert wrong.standard_deviation > 2.0 * right.standard_deviation
+    assert abs(wrong.value - STIFFNESS) < 3.0 * wrong.standard_deviation
+    assert abs(right.value - STIFFNESS) < 0.5 * abs(wrong.value - STIFFNESS)
+
+
 def test_undetermined_properties_are_listed() -> None:
     fit = identify(recorded(sequences=1, frames=60, right="free", noise=NOISE))
     found = findings(fit)
@@ -70,7 +84,7 @@ def test_a_coarse_rod_says_how_much_its_length_is_off(monkeypatch: pytest.Monkey
 def identify_coarsely(motion: Motion, monkeypatch: pytest.MonkeyPatch, refined: bool) -> Finding:
     """Length found with a rod of twelve nodes, with or without the error of its resolution."""
     with monkeypatch.context() as patched:
-        patched.setattr("lariat.identification.fit.RodTwin", lambda m: RodTwin(m, 12))
+        patched.setattr("lariat.identification.fit.RodTwin", lambda m, given: RodTwin(m, given, 12))
         if not refined:
             patched.setattr("lariat.identification.fit.NODE_REFINEMENT", 0.0)
             patched.setattr("lariat.identification.fit.STEP_REFINEMENT", 0.0)

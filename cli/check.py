@@ -16,11 +16,11 @@ import tyro
 from cli.task import LOCAL, CellOptions
 from lariat.scenario import SIDES, Scenario
 from lariat.scenario.plausibility import doubts
+from lariat.scenario.settings import load_with
 from shared import topics
 from shared.cell_checks import REQUIRED_SERVICES, CellChecks, CheckResult
 from stack import dependencies, preflight, services
 from stack.client import Cell, Client, connect
-from stack.scenario_overrides import load_with
 
 LISTENING_TIME = 3.0
 """Time for which a running stack is listened to, by default [s]."""

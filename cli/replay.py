@@ -31,7 +31,7 @@ from stack.replay.outside_inputs import NotReplayable, subject
 from stack.replay.recorded_service import RecordedService
 from stack.replay.resume import scenario_at
 from stack.replay.trace_replay import ReplayResult, replay_start
-from stack.simulation.closed_loop import as_json
+from stack.simulation.score import as_json
 
 LISTED_DIFFERENCES = 12
 """Number of differences that are listed for each start of a service."""

@@ -5,33 +5,26 @@ from __future__ import annotations
 import json as jsons
 import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from lariat.configuration import ConfigurationError
 from lariat.scenario import SIDES, Scenario
 from lariat.scenario.plausibility import doubts
+from lariat.scenario.settings import load_with
 from lariat.trajectory import SECOND
 from services.recorder.runs.run_folder import MAX_NOTE_LENGTH
 from shared import topics
-from shared.messages import RunState
 from shared.messages.parameters import described
 from stack import preflight
-from stack.scenario_overrides import load_with
-from stack.simulation.closed_loop import Score, Watch, as_json, run
+from stack.simulation.closed_loop import run, with_emulated_arms
 from stack.simulation.kept_run import KeptRun
-from stack.simulation.scoring import Scorer
+from stack.simulation.score import Score, as_json
 from stack.simulation.simulated_time import START, SimulatedStack
-
-PROGRESS_PERIOD = 0.1
-"""Time between two updates of the progress bar [s]."""
 
 
 def main(
@@ -70,9 +63,7 @@ def main(
     """
     loaded = load_with(scenario, set, seed)
     real = {s: loaded.end(s).address for s in SIDES if loaded.end(s).address}
-    if real:
-        # Changed in the scenario itself, so that a recording holds the scenario that ran.
-        loaded = load_with(scenario, [*set, *(f'ends.{s}.address=""' for s in real)], seed)
+    loaded = with_emulated_arms(loaded)
     if record and record.exists():
         raise ConfigurationError(f"--record {record}: the file exists; name another or remove it")
     if record:
@@ -110,14 +101,13 @@ def run_scenario(
         0 when the goal was reached, 1 when not.
     """
     messages = Console(stderr=True, highlight=False)
-    with _progress(scenario, messages) as watch:
-        preflight.check(scenario)
-        try:
-            taps = (kept,) if kept else ()
-            start = _start(wall_clock=bool(record or kept))
-            outcome = run(scenario, record, stop_after, watch, taps, start=start)
-        except OSError as error:
-            raise ConfigurationError(f"--record {record}: {error}") from error
+    preflight.check(scenario)
+    try:
+        taps = (kept,) if kept else ()
+        start = _start(wall_clock=bool(record or kept))
+        outcome = run(scenario, record, stop_after, progress=True, taps=taps, start=start)
+    except OSError as error:
+        raise ConfigurationError(f"--record {record}: {error}") from error
     if kept:
         try:
             kept.keep()
@@ -145,38 +135,6 @@ def _check_writable(record: Path) -> None:
             pass
     except OSError as error:
         raise ConfigurationError(f"--record {record}: {error}") from error
-
-
-@contextmanager
-def _progress(scenario: Scenario, console: Console) -> Iterator[Watch]:
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed:5.1f} of {task.total:g} s  {task.fields[seen]}"),
-        TimeElapsedColumn(),
-    )
-    shown = 0.0
-    with Progress(
-        *columns, console=console, transient=True, redirect_stdout=False, redirect_stderr=False
-    ) as progress:
-        bar = progress.add_task("Warming up", total=scenario.run.time_limit, seen="")
-
-        def watch(stack: SimulatedStack, scorer: Scorer) -> None:
-            nonlocal shown
-            if time.monotonic() - shown < PROGRESS_PERIOD:
-                return
-            shown = time.monotonic()
-            task = stack.latest(topics.TASK_STATE)
-            progress.update(
-                bar,
-                description=RunState.Name(task.state).capitalize() if task else "Starting",
-                completed=(stack.now - scorer.started) / SECOND if scorer.started else 0.0,
-                seen=f"error {1e3 * task.error:.1f} mm  clearance {1e3 * task.clearance:.0f} mm"
-                if task and scorer.started
-                else "",
-            )
-
-        yield watch
 
 
 def score_table(score: Score) -> Table:

@@ -11,7 +11,7 @@ import tyro
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
-from stack.scenario_overrides import load_with
+from lariat.scenario.settings import load_with
 from stack.simulation.rest_shape import rest_shape, write_nodes
 
 

@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from cli.replay import replay, traced_services
+from lariat.scenario.settings import load_with
 from shared.recording import Recording
 from stack.replay.trace_replay import ReplayResult
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 
 SCENARIO = Path("three-cylinders")

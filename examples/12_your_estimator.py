@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples.methods.carried import Carried
+from lariat.scenario.settings import load_with
 from lariat.trajectory import SECOND
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 
 SETTINGS = ("sensing.source=truth", "sensing.latency=0.06", "run.time_limit=4.0")

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples.methods.lagging_arm import LaggingArm
+from lariat.scenario.settings import load_with
 from lariat.trajectory import SECOND
 from shared import topics
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import Delivery
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -36,10 +39,11 @@ def test_every_file_that_a_page_names_exists(page: Path):
     assert not missing
 
 
-def test_the_cell_of_the_first_steps_is_in_order(tmp_path: Path):
-    page = (ROOT / "docs" / "guide" / "first-steps.md").read_text()
-    cell, region, goal, stretch, ends, other_rope = re.findall(
-        r"```toml\n(.*?)```", page, re.DOTALL
+def test_the_cells_of_the_guide_are_in_order(tmp_path: Path):
+    guide = ROOT / "docs" / "guide"
+    (cell,), (region, goal, stretch, ends, other_rope) = (
+        re.findall(r"```toml\n(.*?)```", (guide / page).read_text(), re.DOTALL)
+        for page in ("first-steps.md", "scenes.md")
     )
     assert set(preflight.check(parse(cell, tmp_path))) == {"start", "goal"}
     assert parse(cell + other_rope, tmp_path).control.adapt
@@ -54,6 +58,25 @@ def test_the_cell_of_the_first_steps_is_in_order(tmp_path: Path):
     kept_in = parse(cell + region, tmp_path)
     assert [body.name for body in kept_in.regions] == ["tray"]
     assert set(preflight.check(kept_in)) == {"start", "goal"}
+
+
+def test_the_script_of_the_page_on_python_runs_in_any_folder(tmp_path: Path):
+    page = (ROOT / "docs" / "guide" / "python.md").read_text()
+    script, moved = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    script = script.replace("range(8)", "range(2)").replace(
+        '"control.adapt": True', '"control.adapt": True, "run.time_limit": 0.5'
+    )
+    (tmp_path / "script.py").write_text(script + f"    {moved}    run(moved)\n")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
+    command = [sys.executable, "script.py"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    first, last = done.stdout.strip().splitlines()[0], done.stdout.strip().splitlines()[-1]
+    assert first.startswith("the time limit has passed")
+    assert len(last.split(",")) == 2
+    assert {file.name for file in tmp_path.iterdir()} == {
+        *("script.py", "run.mcap", "run.png", "run.html")
+    }
 
 
 def test_the_code_of_the_page_on_environments_runs(capsys: pytest.CaptureFixture[str]):

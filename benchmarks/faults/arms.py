@@ -15,10 +15,10 @@ from pathlib import Path
 from benchmarks.faults.tcp_proxy import LineCommand
 from benchmarks.operator import DeadlineMissed
 from lariat.scenario import Scenario, Side, load
+from lariat.scenario.settings import load_with
 from stack.launcher import module_entry
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 from stack.launcher.process import child_command
-from stack.scenario_overrides import load_with
 
 PROXY_HOST, ARM_HOST = "127.0.0.41", "127.0.0.42"
 """Address of the proxy, which the gateway connects to, and of the arm behind it."""

@@ -22,6 +22,7 @@ import numpy as np
 from benchmarks.operator import DeadlineMissed, Operator
 from benchmarks.tables import report
 from lariat.configuration import ConfigurationError
+from lariat.scenario.settings import load_with
 from lariat.scenario.shipped import find
 from shared import bus as buses
 from shared.bus import BusOptions
@@ -31,7 +32,6 @@ from stack.client import Cell, connect
 from stack.credentials.access_control import OPERATOR, ROUTER
 from stack.credentials.cell_credentials import SETTINGS_FILE, make_credentials
 from stack.launcher import module_entry
-from stack.scenario_overrides import load_with
 
 ROBOT, VISION = "10.77.77.1", "10.77.77.2"
 """Addresses of the two machines."""

@@ -17,6 +17,7 @@ from shared import topics
 from shared.messages import ArmStates
 from stack import services
 from stack.simulation import closed_loop
+from stack.simulation.score import Score
 from stack.simulation.simulated_time import Delivery, Network, session_id
 
 DEFAULT_SCENARIO = Path("three-cylinders")
@@ -169,9 +170,7 @@ def run_condition(spec: NetworkSpec) -> NetworkTrial:
     )
 
 
-def _failure(
-    score: closed_loop.Score, causes: tuple[str, ...], speed: float, limits: MotionLimits
-) -> str:
+def _failure(score: Score, causes: tuple[str, ...], speed: float, limits: MotionLimits) -> str:
     """Promise that a run broke; empty if none."""
     if score.min_clearance_mm is not None and score.min_clearance_mm <= 0.0:
         return f"the rope is {-score.min_clearance_mm:.1f} mm inside of an obstacle"

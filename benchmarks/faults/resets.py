@@ -10,11 +10,11 @@ import numpy as np
 from benchmarks.campaign import Campaign, Workers
 from benchmarks.repeated_runs import RepeatedRuns
 from benchmarks.tables import report
+from lariat.scenario.settings import load_with
 from lariat.scenario.shipped import shipped_names
 from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import REACHED, RunState, chain
-from stack.scenario_overrides import load_with
 from stack.simulation.simulated_time import SimulatedStack
 
 SETTLING_TIME = SECOND

@@ -12,10 +12,10 @@ import numpy as np
 from benchmarks.conditions import Conditions
 from benchmarks.goals.motion_metrics import MotionMetrics
 from environments.scenes import Kind, sample_scene
+from lariat.scenario.settings import load_with
 from shared.messages import FAILED
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
-from stack.simulation.closed_loop import Score
+from stack.simulation.score import Score
 
 BASE_SCENARIO = Path("three-cylinders")
 """Scenario of rope, cylinders and limits."""

@@ -26,7 +26,7 @@ from lariat.rod import Rod, RolloutSpec
 from lariat.safety.motion_contract import PATHLESS_LIMIT_SHARE
 from lariat.scenario import load
 from lariat.scenario.rod_properties import rod_properties
-from stack.scenario_overrides import load_with
+from lariat.scenario.settings import load_with
 from stack.simulation import closed_loop
 
 BASE_SCENARIO = "three-cylinders"

@@ -21,9 +21,9 @@ from benchmarks.plots import figure_of, save
 from benchmarks.tables import Result, publish
 from lariat.scenario import Scenario, load
 from lariat.scenario.rod_properties import rod_properties
+from lariat.scenario.settings import load_with
 from lariat.scenario.shipped import find
 from lariat.trajectory import SECOND
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 
 ROPES, GOALS = ("rope", "cable"), (1, 2, 3)

@@ -25,8 +25,8 @@ from lariat.planning.arms.arm_check import goal_fault
 from lariat.planning.cell_problem import problem_of
 from lariat.planning.rope_model import RopeModel
 from lariat.scenario import SIDES, Goal, Scenario, load
+from lariat.scenario.settings import load_with, to_toml
 from lariat.simulation.plants.factory import build_plant
-from stack.scenario_overrides import load_with, to_toml
 from stack.simulation.rest_shape import goal_grips, rest_shape, write_nodes
 
 MIN_CLEARANCE = 0.010

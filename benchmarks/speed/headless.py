@@ -16,8 +16,8 @@ from benchmarks.conditions import Conditions
 from benchmarks.tables import Result, publish
 from lariat.configuration import ConfigurationError
 from lariat.scenario import Scenario
+from lariat.scenario.settings import load_with
 from stack import services
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.scoring import Scorer
 from stack.simulation.simulated_time import SimulatedStack

@@ -22,6 +22,12 @@ ROOT = Path(__file__).parents[2]
 HELP_COLUMNS = "96"
 """Width of the commands' help [characters]."""
 LIBRARY = {
+    "runs": (
+        "stack.simulation.closed_loop",
+        "stack.simulation.simulated_run",
+        "stack.simulation.score",
+        "lariat.scenario.settings",
+    ),
     "rod": ("lariat.rod", "lariat.rod.torch"),
     "identification": ("lariat.identification",),
     "xpbd": ("lariat.paper.xpbd",),

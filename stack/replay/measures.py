@@ -13,7 +13,7 @@ from lariat.scenario import Scenario
 from shared import topics
 from shared.messages import RunResult, TaskState
 from shared.recording import Recording
-from stack.simulation.closed_loop import Score, score_of
+from stack.simulation.score import Score, score_of
 from stack.simulation.scoring import Scorer
 from stack.simulation.simulated_time import Delivery
 

@@ -18,6 +18,7 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacle_motion import obstacles_at
 from lariat.scenario import SIDES, Scenario
 from lariat.scenario.entries import inline, numbers, obstacle_entry
+from lariat.scenario.settings import with_settings
 from lariat.trajectory import NANOSECONDS, SECOND
 from shared import topics
 from shared.messages import (
@@ -29,7 +30,6 @@ from shared.messages import (
     scene_obstacles,
 )
 from shared.recording import Recording
-from stack.scenario_overrides import with_settings
 
 STATES = (
     topics.ROPE_TRUTH,

@@ -13,9 +13,9 @@ from pathlib import Path
 from lariat.configuration import ConfigurationError
 from lariat.files.bounded_file import path_inside
 from lariat.scenario import SIDES, Scenario, load
+from lariat.scenario.settings import with_settings
 from lariat.scenario.shipped import SHIPPED_FOLDER
 from shared.messages import ScenarioEntry
-from stack.scenario_overrides import with_settings
 
 NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,39}")
 """Names of saved scenarios."""

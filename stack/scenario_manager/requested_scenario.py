@@ -10,9 +10,9 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from lariat.configuration import ConfigurationError, Extensible
 from lariat.scenario import MAX_SCENARIO_SIZE, SIDES, Scenario, load, parse
+from lariat.scenario.settings import with_settings
 from shared.messages import StackRequest
 from stack.scenario_manager.library import real_arms
-from stack.scenario_overrides import with_settings
 
 
 def requested_scenario(request: StackRequest, base: Path) -> Scenario:

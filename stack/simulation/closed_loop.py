@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import gc
+import os
 import time
-from collections.abc import Callable
-from contextlib import ExitStack
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack, nullcontext
+from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from lariat.arms.description import with_own_urdfs
 from lariat.scenario import SIDES, Scenario
+from lariat.scenario.settings import completed
 from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import FAILED, REACHED, ArmCommand, ArmStates, TaskRequest, TaskState
 from shared.runtime.service import Service
 from stack import services
+from stack.simulation.progress import Watch, count_progress, run_progress
 from stack.simulation.recorder_tap import RecorderTap
+from stack.simulation.score import score_of
 from stack.simulation.scoring import Scorer
+from stack.simulation.simulated_run import SimulatedRun
 from stack.simulation.simulated_time import (
     START,
     Network,
@@ -28,6 +31,7 @@ from stack.simulation.simulated_time import (
     Tap,
     session_id,
 )
+from stack.workers import Workers, compute
 
 READY_TIMEOUT = 20 * SECOND
 """Longest simulated time until the cell is ready for a run [ns]."""
@@ -41,70 +45,13 @@ leaves one."""
 
 
 @dataclass(frozen=True)
-class Score:
-    """Score of a run, as `lariat run --json` prints it; None for what cannot be measured."""
+class RunOutcome(SimulatedRun):
+    """Finished run with the services that ran."""
 
-    scenario: str
-    """Name of the scenario."""
-    reached: bool
-    """Whether the final error is within tolerance."""
-    reached_s: float | None
-    """Time from the start of the run until the rope was within tolerance for good."""
-    final_error_mm: float | None
-    """Mean node distance between true rope and goal, averaged over the last 0.2 s."""
-    max_node_error_mm: float | None
-    """Largest node distance between true rope and goal, averaged over the last 0.2 s."""
-    final_angle_rad: float | None
-    """Angle of the true rope's ends from a goal of them alone, averaged over the last 0.2 s."""
-    final_shape_error_mm: float | None
-    """Mean distance of the goal's nodes from the curve of the true rope at the end: without what
-    the rope is shifted along itself."""
-    min_clearance_mm: float | None
-    """Least distance between the surfaces of rope and obstacles."""
-    min_distractor_clearance_mm: float | None
-    """Least distance between the surfaces of rope and distractors, through which it passes."""
-    contact_time_s: float
-    """Time during which the rope touches obstacles."""
-    length_error_mm: float
-    """Largest deviation of the true rope's length from its length at rest."""
-    sim_s: float
-    """Simulated duration of the run."""
-    wall_s: float
-    """Wall time of the run."""
-    real_time_factor: float
-    """Simulated duration divided by wall time."""
-    plan_ms: dict[str, float]
-    """Wall time of the controller's steps: p50, p99, max."""
-    replans: int
-    """Number of new paths that the controller requested."""
-    parameters: dict[str, list[float]]
-    """Value and standard deviation of each estimated parameter by name."""
-    prediction_error_mm: float | None
-    """Mean node distance between prediction and observation, which includes the sensor noise."""
-    horizon_error_mm: float | None
-    """Root mean square node distance between true rope and ends of horizons, while it moved."""
-    sensing_error_mm: float | None
-    """Root mean square node distance between true and perceived rope, while it moved."""
-    recording: str | None
-    """File of the recording."""
-
-
-@dataclass(frozen=True)
-class RunOutcome:
-    """Result of a finished run."""
-
-    score: Score
-    """Measured quantities."""
-    reason: str
-    """Why the run ended."""
     stack: SimulatedStack
     """Services in their final state."""
     scorer: Scorer
     """Time series behind the score."""
-
-
-Watch = Callable[[SimulatedStack, Scorer], None]
-"""Observer of a run, called once per `POLL_PERIOD`."""
 
 
 def with_emulated_arms(scenario: Scenario) -> Scenario:
@@ -115,8 +62,9 @@ def with_emulated_arms(scenario: Scenario) -> Scenario:
 
 def run(
     scenario: Scenario,
-    record: Path | None = None,
+    record: Path | str | None = None,
     stop_after: float | None = None,
+    progress: bool = False,
     watch: Watch | None = None,
     taps: tuple[Tap, ...] = (),
     members: tuple[Service, ...] | None = None,
@@ -126,10 +74,12 @@ def run(
     """Run a scenario until the goal is reached or its time is over, and score the run.
 
     Args:
-        scenario: The scenario; real arms are replaced by emulated ones.
-        record: File for the recording, which must not exist.
+        scenario: The scenario, of a file or with values replaced since; real arms are replaced by
+            emulated ones.
+        record: MCAP file for the recording, which must not exist.
         stop_after: Time from the controller's report that the goal is reached to the end of the
             run [s]; by default the run lasts until the scenario's time limit.
+        progress: Whether to show a progress bar on standard error.
         watch: Observer of the run.
         taps: Functions that are called with every message.
         members: Services of the cell; by default those of the scenario.
@@ -137,14 +87,17 @@ def run(
         start: Time at which simulated time begins [ns], e.g. that of the wall clock.
 
     Raises:
-        ConfigurationError: A service does not support the scenario.
+        ConfigurationError: A value is wrong, or a service does not support the scenario.
         OSError: The recording cannot be written.
     """
-    scenario = with_emulated_arms(scenario)
+    scenario = completed(with_emulated_arms(scenario))
+    record = None if record is None else Path(record)
     scorer = Scorer(scenario)
     if members is None:
         members = tuple(services.build(n, scenario, session_id(n), start) for n in services.NAMES)
     with ExitStack() as cleanup:
+        watches = [cleanup.enter_context(run_progress(scenario))] if progress else []
+        watches += [watch] if watch else []
         stack = SimulatedStack(members, [scorer, *taps], start, network)
         if record:
             # Before the kernels are compiled: a folder that is not writable is reported at once.
@@ -157,14 +110,56 @@ def run(
         cleanup.callback(gc.unfreeze)
         cleanup.callback(gc.set_threshold, *gc.get_threshold())
         gc.set_threshold(GARBAGE_THRESHOLD)
-        reason = make_ready(stack, scenario, lambda: watch and watch(stack, scorer))
+
+        def look() -> None:
+            for each in watches:
+                each(stack, scorer)
+
+        reason = make_ready(stack, scenario, look)
         steps_before = len(stack.step_ms("controller"))
         began = time.perf_counter()
         if not reason:
-            reason = _drive(stack, scenario, stop_after, watch, scorer)
+            reason = _drive(stack, scenario, stop_after, look, scorer)
         wall = time.perf_counter() - began
     score = score_of(scenario, scorer, wall, stack.step_ms("controller")[steps_before:], record)
-    return RunOutcome(score, reason, stack, scorer)
+    return RunOutcome(scenario, score, reason, **scorer.series, stack=stack, scorer=scorer)
+
+
+def run_all(
+    scenarios: Iterable[Scenario],
+    workers: Workers | None = None,
+    stop_after: float | None = None,
+    progress: bool = True,
+) -> list[SimulatedRun]:
+    """Run scenarios on all cores, a process for each, and return their runs in the same order.
+
+    A script calls it below `if __name__ == "__main__":`, as the processes import its file.
+
+    Args:
+        scenarios: The scenarios, e.g. one with several seeds.
+        workers: Number of processes, or the address of a Dask scheduler; by default one for each
+            core.
+        stop_after: As for `run`.
+        progress: Whether to show a progress bar on standard error.
+
+    Raises:
+        ConfigurationError: A value is wrong, or a service does not support a scenario.
+    """
+    items = [completed(with_emulated_arms(scenario)) for scenario in scenarios]
+    count = min(os.cpu_count() or 1, len(items)) if workers is None else workers
+    runs: dict[int, SimulatedRun] = {}
+    with count_progress(len(items)) if progress else nullcontext(lambda: None) as advance:
+        for index, each in compute(partial(_alone, stop_after), items, count):
+            runs[index] = each
+            advance()
+    return [runs[index] for index in range(len(items))]
+
+
+def _alone(stop_after: float | None, scenario: Scenario) -> SimulatedRun:
+    """Run a scenario and leave its services behind."""
+    outcome = run(scenario, stop_after=stop_after)
+    kept = {item.name: getattr(outcome, item.name) for item in fields(SimulatedRun)}
+    return SimulatedRun(**kept)
 
 
 def make_ready(
@@ -227,7 +222,7 @@ def _drive(
     stack: SimulatedStack,
     scenario: Scenario,
     stop_after: float | None,
-    watch: Watch | None,
+    look: Callable[[], object],
     scorer: Scorer,
 ) -> str:
     """Start the task and step until the run is over."""
@@ -238,8 +233,7 @@ def _drive(
     reached: int | None = None
     while True:
         stack.advance_to(stack.now + POLL_PERIOD)
-        if watch:
-            watch(stack, scorer)
+        look()
         task = stack.latest(topics.TASK_STATE) or TaskState()
         if task.last_request == "run-start" and task.refusal:
             return f"the start was refused: {task.refusal}"
@@ -261,55 +255,3 @@ def _drive(
             return "reached"
         if stack.now >= scorer.started + round(scenario.run.time_limit * SECOND):
             return "the time limit has passed"
-
-
-def score_of(
-    scenario: Scenario, scorer: Scorer, wall: float, step_ms: list[float], record: Path | None
-) -> Score:
-    """Return the score of a run that a scorer has followed.
-
-    Args:
-        scenario: Scenario of the run.
-        scorer: Tap that has followed it.
-        wall: Wall time that it took [s].
-        step_ms: Wall times of the controller's steps [ms].
-        record: Its recording.
-    """
-    mean, largest = scorer.final
-    seconds = max(scorer.ended - scorer.started, 0) / SECOND
-    quantiles = np.quantile(step_ms, [0.5, 0.99, 1.0]) if step_ms else np.zeros(3)
-    predictions = scorer.prediction_errors
-    reached = scorer.reached_after
-    horizon, sensing = scorer.horizon_error.error, scorer.sensing_error.error
-    return Score(
-        scenario=scenario.name,
-        reached=reached is not None,
-        reached_s=None if reached is None else round(reached, 3),
-        final_error_mm=_mm(mean),
-        max_node_error_mm=_mm(largest),
-        final_angle_rad=None if scorer.final_angle is None else round(scorer.final_angle, 5),
-        final_shape_error_mm=_mm(scorer.final_shape_error),
-        min_clearance_mm=_mm(scorer.min_clearance),
-        min_distractor_clearance_mm=_mm(scorer.min_distractor_clearance),
-        contact_time_s=round(scorer.contact_time, 3),
-        length_error_mm=round(1e3 * scorer.length_error, 4),
-        sim_s=round(seconds, 3),
-        wall_s=round(wall, 3),
-        real_time_factor=round(seconds / wall, 3) if wall > 0.0 else 0.0,
-        plan_ms=dict(zip(("p50", "p99", "max"), quantiles.round(3).tolist(), strict=True)),
-        replans=scorer.replans,
-        parameters=scorer.parameters,
-        prediction_error_mm=_mm(float(np.mean(predictions))) if predictions else None,
-        horizon_error_mm=None if horizon is None else _mm(horizon),
-        sensing_error_mm=None if sensing is None else _mm(sensing),
-        recording=str(record) if record else None,
-    )
-
-
-def _mm(meters: float) -> float | None:
-    return round(1e3 * meters, 4) if np.isfinite(meters) else None
-
-
-def as_json(score: Score) -> dict[str, Any]:
-    """Return the score as a JSON object."""
-    return asdict(score)

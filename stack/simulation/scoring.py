@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
+from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import Goal, Scenario
 from lariat.simulation.distractors import MovingTubes
 from lariat.trajectory import NANOSECONDS, SECOND
@@ -66,6 +68,16 @@ class Scorer:
     """Error of the perceived rope."""
     parameters: dict[str, list[float]] = field(default_factory=dict)
     """Newest value and standard deviation of each estimated parameter by name."""
+    ropes: list[Float64[np.ndarray, "n 3"]] = field(default_factory=list)
+    """Nodes of each true rope [m]."""
+    stamps: list[int] = field(default_factory=list)
+    """Stamp of each true rope [ns]."""
+    scenes: list[tuple[Obstacle, ...]] = field(default_factory=list)
+    """True obstacles at each true rope."""
+    arms: list[bytes] = field(default_factory=list)
+    """Encoded `ArmStates` at each true rope."""
+    estimates: list[tuple[int, dict[str, list[float]]]] = field(default_factory=list)
+    """Stamp [ns], and values and standard deviations of all parameters by name."""
     replans: int = 0
     """Number of new paths that the controller requested during the run."""
 
@@ -80,6 +92,7 @@ class Scorer:
         self._goal: Goal | None = None
         self._nodes: Float64[np.ndarray, "n 3"] | None = None
         self._first_replans = 0
+        self._newest_arms = b""
 
     def __call__(self, delivery: Delivery) -> None:
         """Process one message."""
@@ -105,6 +118,8 @@ class Scorer:
                     self._take_rope(rope)
                     self.horizon_error.take_rope(rope.stamp, rope.nodes)
                     self.sensing_error.take_rope(rope)
+            case topics.ARM_STATE.key:
+                self._newest_arms = delivery.payload
             case topics.ROPE_NODES.key:
                 message = delivery.parse()
                 if message.positions:
@@ -119,6 +134,7 @@ class Scorer:
                     p.name: [p.value, p.standard_deviation] for p in named_parameters(message)
                 }
                 if self.started:
+                    self.estimates.append((message.stamp, self.parameters))
                     self.prediction_errors.append(message.prediction_error)
 
     def _update_obstacles(self) -> None:
@@ -152,6 +168,30 @@ class Scorer:
         self._take_distractors(stamp, nodes)
         obstacles = obstacles_at(self._obstacles, self._motions, stamp * NANOSECONDS)
         self._clearance.take(stamp - since, nodes, obstacles)
+        self.stamps.append(stamp)
+        self.ropes.append(nodes)
+        self.scenes.append(obstacles)
+        self.arms.append(self._newest_arms)
+
+    @property
+    def series(self) -> dict[str, Any]:
+        """Fields of a `SimulatedRun` that follow from the messages."""
+        errors = np.full((len(self.stamps), 2), np.nan)
+        errors[len(errors) - len(self.errors) :] = [e[1:] for e in self.errors] or np.zeros((0, 2))
+        names = self.estimates[-1][1] if self.estimates else {}
+        estimates = [values for _, values in self.estimates if values.keys() == names.keys()]
+        stamps = [stamp for stamp, values in self.estimates if values.keys() == names.keys()]
+        count = self.scenario.plant_rope.node_count
+        return {
+            "goal": self._goal,
+            "times": (np.array(self.stamps, dtype=np.int64) - self.started) / SECOND,
+            "nodes": np.array(self.ropes) if self.ropes else np.zeros((0, count, 3)),
+            "errors": errors,
+            "parameter_times": (np.array(stamps, dtype=np.int64) - self.started) / SECOND,
+            "parameters": {n: np.array([values[n] for values in estimates]) for n in names},
+            "scenes": tuple(self.scenes),
+            "arms": tuple(self.arms),
+        }
 
     def _take_distractors(self, stamp: int, nodes: Float64[np.ndarray, "n 3"]) -> None:
         tubes = self._distractors.at((stamp - self.started) / SECOND)

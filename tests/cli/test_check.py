@@ -13,7 +13,7 @@ from lariat.planning.problem import Problem
 from lariat.planning.shorter_path import stay
 from lariat.scenario import Scenario
 from lariat.scenario.entries import inline
-from stack.scenario_overrides import load_with
+from lariat.scenario.settings import load_with
 from stack.simulation.rest_shape import rest_shape
 
 

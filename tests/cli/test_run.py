@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from lariat.configuration import ConfigurationError
+from lariat.scenario.settings import load_with, to_toml
 from shared.recording import Recording
-from stack.scenario_overrides import load_with, to_toml
 from stack.simulation import closed_loop
+from stack.simulation.score import as_json
 from tests.stack import small_cell
 
 
@@ -89,7 +90,7 @@ def test_a_cell_that_never_becomes_ready_says_what_is_missing(scenario):
     outcome = closed_loop.run(scenario, members=(rope, controller))
     assert not outcome.score.reached
     assert outcome.reason == "the cell did not become ready: there is no message on arm/state"
-    json.dumps(closed_loop.as_json(outcome.score), allow_nan=False)
+    json.dumps(as_json(outcome.score), allow_nan=False)
 
 
 def test_settings_replace_single_values_and_are_kept_as_text(tmp_path: Path):

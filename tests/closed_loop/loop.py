@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stack.scenario_overrides import load_with
+from lariat.scenario.settings import load_with
 from stack.simulation import closed_loop
 from stack.simulation.closed_loop import RunOutcome
 from stack.simulation.simulated_time import Delivery

@@ -8,11 +8,11 @@ import pytest
 
 from lariat.control.mpc import collision_avoidance
 from lariat.scenario import Scenario
+from lariat.scenario.settings import load_with
 from services.planner.service import PlannerService
 from shared import topics
 from shared.messages import FAILED, TaskState
 from stack import services
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.closed_loop import RunOutcome
 from stack.simulation.simulated_time import session_id

@@ -13,13 +13,13 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from lariat.scenario.cameras import DEFAULT_CAMERA
+from lariat.scenario.settings import load_with
 from lariat.trajectory import SECOND
 from services.sim.service import SimService
 from shared import topics
 from shared.messages import NodeChain, Setpoints, stamp_of
 from shared.runtime.service import Inbox, Publication
 from stack import services
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import Delivery, session_id
 from tests.closed_loop.loop import SCENARIOS

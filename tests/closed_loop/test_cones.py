@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stack.scenario_overrides import load_with
+from lariat.scenario.settings import load_with
 from stack.simulation import closed_loop
 from tests.closed_loop.loop import SCENARIOS
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from lariat.scenario.settings import load_with
 from shared import topics
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

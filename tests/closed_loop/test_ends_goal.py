@@ -10,9 +10,9 @@ from lariat.geometry import polylines, poses
 from lariat.planning.cell_problem import scenario_problem
 from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.scenario import Scenario
+from lariat.scenario.settings import load_with
 from shared import topics
 from shared.messages import chain, goal_of
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from tests.closed_loop.loop import SCENARIOS
 

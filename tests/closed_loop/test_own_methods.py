@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lariat.scenario.settings import load_with
 from shared import topics
 from shared.messages import FAILED, ArmStates, TaskState
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.closed_loop import RunOutcome
 from stack.simulation.simulated_time import Delivery

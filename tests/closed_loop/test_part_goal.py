@@ -9,9 +9,9 @@ import pytest
 
 from lariat.geometry import polylines
 from lariat.scenario import Scenario, load
+from lariat.scenario.settings import load_with
 from shared import topics
 from shared.messages import chain
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.rest_shape import rest_shape
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from lariat.scenario.settings import load_with
 from shared import topics
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

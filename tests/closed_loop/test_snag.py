@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import Obstacle
+from lariat.scenario.settings import load_with
 from services.sim.service import SimService
 from shared import topics
 from shared.messages import FAILED
 from stack import services
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.closed_loop import RunOutcome
 from stack.simulation.simulated_time import session_id

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.scenario import SIDES
+from lariat.scenario.settings import load_with
 from shared import topics
 from shared.messages import ArmStates
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import Delivery
 from tests.closed_loop.loop import SCENARIOS

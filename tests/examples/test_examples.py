@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import runpy
 import subprocess
 import sys
+import tempfile
+import webbrowser
 from pathlib import Path
 
 import matplotlib as mpl
@@ -14,19 +17,16 @@ import pytest
 from matplotlib.figure import Figure
 
 from examples.pictures import EXAMPLES, PICTURES
+from tests.examples.notebook import code_of
 
+FOLDER = EXAMPLES[0].parent / "notebooks"
 PAGE = PICTURES.with_suffix(".md")
 FACTS = {
-    "01": (r"0.35 +0. +(\S+)\] m$", 0.449, 0.451),  # height of the grip [m]
     "02": (r"target by (\S+) mm", 0.0, 2.0),
-    "03": (r"stiffness: (\S+) ±", 0.9 * 0.007768, 1.1 * 0.007768),  # [m^4/s^2]
     "04": (r"buckling: (\S+) of Euler's", 0.998, 1.003),
-    "05": (r"clearance (\S+) mm", 12.0, 40.0),
     "06": (r"mean error (\S+) mm", 0.0, 0.5),
     "07": (r"bending_stiffness: found (\S+),", 0.999 * 3.5e-4, 1.001 * 3.5e-4),  # [N m^2]
-    "08": (r"to (\S+) mm", 0.0, 1.0),
     "09": (r"(\d+) differences", 0.0, 0.0),
-    "10": (r"(\d+) of 1 as wanted", 1.0, 1.0),
     "11": (r"ShapeServo: error (\S+) mm", 0.0, 5.0),
     "12": (r"Carried: error (\S+) mm", 0.0, 5.0),
     "13": (r"error (\S+) mm", 0.0, 1.0),
@@ -35,8 +35,15 @@ FACTS = {
     "16": (r"keep_out: broken by (\S+) m", 0.04, 0.06),
 }
 """Fact that each example prints, and its bounds."""
+NOTEBOOKS = {
+    "identify": (r"stiffness: (\S+) ±", 0.9 * 0.007768, 1.1 * 0.007768),  # [m^4/s^2]
+    "plan": (r"clearance (\S+) mm", 12.0, 40.0),
+    "recording": (r"to (\S+) mm", 0.0, 1.0),
+    "rope": (r"0.35 +0. +(\S+)\] m$", 0.449, 0.451),  # height of the grip [m]
+    "run": (r"worst error (\S+) mm", 0.0, 3.0),
+}
+"""The same of each notebook."""
 ARGUMENTS = {
-    "10": {"count": 1, "workers": 1},
     "11": {"methods": ("examples.methods.shape_servo:ShapeServo",)},
     "12": {"estimators": ("examples.methods.carried:Carried",)},
     "14": {"iterations": 20},
@@ -63,6 +70,36 @@ def test_example_is_shown_in_the_guide(example: Path):
     assert f"(examples/{example.stem}.png)" in page
     assert (PICTURES / f"{example.stem}.png").is_file()
     assert 20 <= len(example.read_text().splitlines()) <= 70
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_notebook_finds_what_it_says(
+    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+):
+    mpl.use("Agg")
+    monkeypatch.chdir(tmp_path)
+    shown: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", shown.append)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    exec(compile(code_of(FOLDER / f"{name}.ipynb"), name, "exec"), {"__name__": name})
+    pattern, low, high = NOTEBOOKS[name]
+    found = re.search(pattern, capsys.readouterr().out, re.MULTILINE)
+    assert found, pattern
+    assert low <= float(found[1]) <= high
+    assert len(shown) == (name == "run")
+    for address in shown:
+        assert "__VISER_EMBED_DATA__" in Path(address.removeprefix("file://")).read_text()
+
+
+@pytest.mark.parametrize("file", sorted(FOLDER.glob("*.ipynb")), ids=lambda path: path.stem)
+def test_notebook_is_short_without_outputs_and_in_the_guide(file: Path):
+    book = json.loads(file.read_text())
+    assert book["nbformat"] == 4
+    assert len(book["cells"]) < 10
+    code = [cell for cell in book["cells"] if cell["cell_type"] == "code"]
+    assert not any(cell["outputs"] or cell["execution_count"] for cell in code)
+    assert file.stem in NOTEBOOKS
+    assert f"(../../examples/notebooks/{file.name})" in PAGE.read_text()
 
 
 def test_example_runs_from_the_clone_as_a_script(tmp_path: Path):

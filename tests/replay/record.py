@@ -21,6 +21,7 @@ import tyro
 from dashboard.options import DashboardOptions
 from dashboard.service import build as build_dashboard
 from lariat.scenario import Scenario
+from lariat.scenario.settings import load_with
 from lariat.trajectory import SECOND
 from services.camera.options import CameraOptions
 from services.camera.service import build as build_camera
@@ -32,7 +33,6 @@ from shared.recording import Writer
 from shared.runtime.service import Inbox, Publication
 from stack import services
 from stack.replay.outside_inputs import CAMERA_RECORDING, free_port
-from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.scoring import Scorer
 from stack.simulation.simulated_time import START, Delivery, SimulatedStack, session_id

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from lariat.scenario import Scenario
+from lariat.scenario.settings import load_with
 from lariat.trajectory import SECOND
 from shared.cell_checks import REQUIRED_SERVICES, CellChecks, CheckResult
 from shared.messages import REACHED, ArmState, ArmStates, Health, NodeChain, TaskState
 from shared.version import version
-from stack.scenario_overrides import load_with
 from tests.closed_loop.loop import SCENARIOS
 
 SLOW = ("limits.speed=0.05", "limits.angular_speed=0.2", "limits.joint_speed=0.5")

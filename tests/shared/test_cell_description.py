@@ -13,8 +13,8 @@ from lariat.arms.description import with_own_urdfs
 from lariat.geometry import poses
 from lariat.protocols import ArmFacts
 from lariat.scenario import SIDES, find, load
+from lariat.scenario.settings import load_with
 from shared.cell_description import arm_urdf, cell_urdf, frame_name, roll_pitch_yaw
-from stack.scenario_overrides import load_with
 from tests.robots import PANDA, UR5, Robot
 
 

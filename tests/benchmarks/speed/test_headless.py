@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.speed import headless
-from stack.scenario_overrides import load_with
+from lariat.scenario.settings import load_with
 
 
 def test_processes_and_runner_share_the_whole_run() -> None:

@@ -14,7 +14,7 @@ from lariat.arms.kinematics import UrdfKinematics
 from lariat.geometry.poses import Pose
 from lariat.scenario import Scenario, load
 from lariat.scenario.placement import base_of, tool_of
-from stack.scenario_overrides import load_with
+from lariat.scenario.settings import load_with
 from tests.closed_loop.loop import SCENARIOS
 from tests.robots import PANDA, UR5, Robot
 

@@ -10,9 +10,9 @@ import pytest
 from lariat.arms.installation import kinematics_of
 from lariat.geometry.obstacles import signed_distance
 from lariat.scenario import Scenario, load
+from lariat.scenario.settings import load_with
 from lariat.scenario.shipped import find
 from shared.video.arm_bodies import arm_bodies
-from stack.scenario_overrides import load_with
 from tests.robots import PANDA, UR5, Robot
 
 BENT = np.array([0.3, -0.8, 1.2, -1.4, 1.1, 0.9, 0.2])

@@ -12,7 +12,7 @@ from shared import topics
 from shared.recording import Recording, Writer
 from stack.replay.measures import recorded_measures
 from stack.simulation import closed_loop
-from stack.simulation.closed_loop import Score
+from stack.simulation.score import Score
 from tests.stack import small_cell
 
 

@@ -10,8 +10,8 @@ import pytest
 from lariat.configuration import ConfigurationError
 from lariat.files.toml_text import parse_toml
 from lariat.scenario import find, load
+from lariat.scenario.settings import load_with, to_toml
 from stack.scenario_manager.library import ScenarioLibrary
-from stack.scenario_overrides import load_with, to_toml
 
 
 def library(folder: Path) -> ScenarioLibrary:
@@ -82,7 +82,7 @@ def test_next_goals_and_events_bring_their_files(tmp_path: Path) -> None:
     folder = tmp_path / "own"
     folder.mkdir()
     for name in ("start.csv", "goal.csv", "next.csv", "event.csv"):
-        shutil.copyfile(rope.folder / rope.goal.nodes, folder / name)
+        shutil.copyfile(rope.folder / rope.goal.file, folder / name)
     table = parse_toml(rope.text)
     table["goal"] = {**table["goal"], "nodes": "goal.csv"}
     table["next_goals"] = [{**table["goal"], "nodes": "next.csv"}]

@@ -10,7 +10,7 @@ from lariat.control.run.goals import GoalFactory
 from lariat.rod import Rod
 from lariat.scenario import load
 from lariat.scenario.rod_properties import rod_properties
-from stack.scenario_overrides import load_with
+from lariat.scenario.settings import load_with
 from stack.simulation.rest_shape import goal_grips, rest_shape
 
 EQUAL = ("plant.model=rod", "plant.rope.node_count=40")

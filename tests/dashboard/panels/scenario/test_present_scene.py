@@ -11,8 +11,8 @@ from dashboard.panels.scenario.present_scene import goal_settings, obstacle_sett
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.scenario import SIDES, Goal, Scenario, find, load
+from lariat.scenario.settings import load_with
 from lariat.scenario.shipped import shipped_names
-from stack.scenario_overrides import load_with
 
 
 def published_goal(scenario: Scenario) -> Goal:

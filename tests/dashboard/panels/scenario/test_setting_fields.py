@@ -9,8 +9,8 @@ from lariat.configuration import ConfigurationError
 from lariat.scenario import find, load
 from lariat.scenario.reference import field_notes
 from lariat.scenario.sections import Control
+from lariat.scenario.settings import load_with
 from lariat.scenario.shipped import shipped_names
-from stack.scenario_overrides import load_with
 
 
 def fields(name: str) -> dict[str, SettingField]:

@@ -8,9 +8,9 @@ from scipy.spatial import ConvexHull
 
 from lariat.arms.kinematics import load_arm
 from lariat.scenario import find, load
+from lariat.scenario.settings import load_with
 from services.recorder.view.cell_view import CellView
 from services.recorder.view.mesh_hulls import GRID, mesh_hulls
-from stack.scenario_overrides import load_with
 from tests.robots import PANDA, UR5, Robot
 
 

@@ -13,17 +13,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import campaign
-from benchmarks.campaign import compute
 from lariat.configuration import ConfigurationError
 from lariat.rod import Rod, RodProperties, RolloutSpec
+from stack import workers
+from stack.workers import compute
 
-ROOT = str(Path(campaign.__file__).parents[1])
+ROOT = str(Path(workers.__file__).parents[1])
 
 PROGRAM = """
 import sys
-from benchmarks.campaign import compute
-from tests.benchmarks.test_workers import wait
+from stack.workers import compute
+from tests.stack.test_workers import wait
 if __name__ == "__main__":
     for _ in compute(wait, [sys.argv[1]] * 2, 2):
         pass
@@ -121,7 +121,7 @@ def test_cluster_that_cannot_compute_the_same_is_refused(
 def test_scheduler_that_does_not_answer_is_named(
     address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("benchmarks.campaign.CONNECTION_TIMEOUT", 0.5)
+    monkeypatch.setattr("stack.workers.CONNECTION_TIMEOUT", 0.5)
     with pytest.raises(ConfigurationError, match=f"workers '{address}': no Dask scheduler"):
         list(compute(process_id, [0], address))
 

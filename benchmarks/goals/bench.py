@@ -18,7 +18,7 @@ from benchmarks.tables import Result, publish
 from environments.scenes import Kind
 from lariat.configuration import ConfigurationError
 from lariat.scenario import load
-from stack.scenario_overrides import load_with
+from lariat.scenario.settings import load_with
 
 NO_PLANNER = "none"
 """Value of `--planner` with which no path is planned."""

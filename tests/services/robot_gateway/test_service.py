@@ -8,6 +8,7 @@ import pytest
 
 from lariat.safety.guard.scene_guard import SceneGuard
 from lariat.scenario import SIDES, load
+from lariat.scenario.settings import load_with
 from lariat.trajectory import SECOND
 from services.robot_gateway.service import (
     REACTION_TIME,
@@ -28,7 +29,6 @@ from shared.messages import (
 )
 from shared.runtime.service import Inbox, Received
 from shared.topics import Topic
-from stack.scenario_overrides import load_with
 
 FOLDER = Path(__file__).parents[3] / "scenarios"
 SCENARIO, FIXED_END = load(FOLDER / "three-cylinders.toml"), load(FOLDER / "fixed-end.toml")

@@ -7,19 +7,17 @@ of a measured one, all markers are evenly spread over the rope, and its grips be
 
 from __future__ import annotations
 
-import json as encoder
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
 from jaxtyping import Float64
-from rich.table import Table
 
 from benchmarks.campaign import Campaign, Workers
-from benchmarks.result_block import figures_table, find_block, show
+from benchmarks.tables import Result, publish
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.identification import Grip, check_motion, findings, identify
@@ -74,8 +72,8 @@ def run(
     seed: int = 0,
     results: Path | None = None,
     workers: Workers = 1,
-    docs: Path | None = None,
     json: bool = False,
+    output: Path | None = None,
 ) -> int:
     """Identify seeded twins, and count the true values in the stated 90 % intervals.
 
@@ -84,23 +82,20 @@ def run(
 
     Examples:
       lariat bench physics twins --workers 2
-      lariat bench physics twins --docs docs/results
+      lariat bench physics twins --count 2 --seed 7
 
     Args:
         count: Twins of either kind.
         seed: Seed of the first one.
         results: File of finished twins, which are not identified again.
         workers: Number of processes, or the address of a Dask scheduler.
-        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
+        output: Folder for the table as CSV.
     """
-    block = find_block(docs)
     specs = [TwinSpec(grip, seed + k) for k in range(count) for grip in get_args(Grip)]
     trials = Campaign(run_trial, TwinTrial, _line).trials(specs, results, workers)
-    if json:
-        print(encoder.dumps([asdict(trial) for trial in trials]))
-    else:
-        show([table(trials)], block)
+    conditions = "plant: MuJoCo links, n = 81; model: n = 20 to 60"
+    publish([Result("twins", rows(trials), conditions)], json, output)
     return 0
 
 
@@ -218,15 +213,15 @@ def _line(trial: TwinTrial) -> str:
     return f"{trial.spec.grip} {trial.spec.seed}: errors in standard deviations {z}"
 
 
-def table(trials: Sequence[TwinTrial]) -> Table:
+def rows(trials: Sequence[TwinTrial]) -> list[dict[str, object]]:
     """Return coverage and accuracy by kind and parameter."""
-    rows = []
+    found = []
     for grip in get_args(Grip):
         of_kind = [trial for trial in trials if trial.spec.grip == grip]
         for name in of_kind[0].errors:
             errors = np.array([trial.errors[name] for trial in of_kind])
             deviations = np.array([trial.deviations[name] for trial in of_kind])
-            rows.append(
+            found.append(
                 {
                     "grips": grip,
                     "parameter": name.replace("_", " "),
@@ -237,4 +232,4 @@ def table(trials: Sequence[TwinTrial]) -> Table:
                     "median stated %": 100.0 * float(np.median(deviations)),
                 }
             )
-    return figures_table(rows, "plant: MuJoCo links, n = 81; model: n = 20 to 60")
+    return found

@@ -6,9 +6,12 @@ A verb's module is imported when the verb is used: `lariat --help` does not wait
 from __future__ import annotations
 
 import importlib
+import io
 import os
+import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext, redirect_stdout
 
 from lariat.plain_text import plain_text
 from lariat.suggestion import did_you_mean
@@ -119,13 +122,27 @@ def _call(target: str, prog: str, arguments: Sequence[str]) -> int:
     try:
         verb: Callable[..., int | None] = getattr(importlib.import_module(module), function)
         text = inspect.cleandoc(verb.__doc__ or "").partition("\nArgs:")[0].rstrip()
-        return tyro.cli(verb, prog=prog, description=text, args=list(arguments)) or SUCCESS
+        with _plain_usage() if {"-h", "--help"} & set(arguments) else nullcontext():
+            return tyro.cli(verb, prog=prog, description=text, args=list(arguments)) or SUCCESS
     except ImportError as error:
         return _refuse(_missing(prog, module, error))
     except KeyboardInterrupt:
         return INTERRUPTED
     except Exception as error:
         return _report(error)
+
+
+@contextmanager
+def _plain_usage() -> Iterator[None]:
+    """Print a help without what the parser says of Python's types: `{None}|PATH` is `PATH`."""
+    printed = io.StringIO()
+    try:
+        with redirect_stdout(printed):
+            yield
+    finally:
+        text = re.sub(r"\[\[(\w+) \[\1 \.\.\.\]\]\]", r"[\1 ...]     ", printed.getvalue())
+        text = re.sub(r"\{None\}\|(.*?)(?=  |$)", r"\1       ", text, flags=re.MULTILINE)
+        print("\n".join(line.rstrip() for line in text.splitlines()))
 
 
 def _report(error: Exception) -> int:

@@ -193,3 +193,14 @@ def test_check_answers_with_one_object(scenario: Path) -> None:
     # A rope of 0.45 m between grips 0.4 m apart sags by about 0.09 m, 0.2 m above the table.
     assert 150.0 < report["shapes"]["start"]["clearance_mm"] < 250.0
     assert report["shapes"]["start"]["nearest"] == "table"
+
+
+@pytest.mark.parametrize(("verb", "usage"), [("goal", "[PATH]"), ("export", "[PATH ...]")])
+def test_help_speaks_of_files_and_not_of_types(
+    verb: str, usage: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        lariat.main([verb, "--help"])
+    text = capsys.readouterr().out
+    assert text.splitlines()[0].endswith(usage)
+    assert "None}" not in text

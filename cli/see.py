@@ -13,17 +13,19 @@ import tyro
 from jaxtyping import Float64, UInt8, UInt16
 from rich.console import Console
 from rich.table import Table
+from scipy.ndimage import median_filter
 
 from lariat.configuration import ConfigurationError, refusing
 from lariat.files.bounded_file import read_file
 from lariat.files.image_header import check_image
-from lariat.geometry import poses
+from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.poses import Pose
 
 if TYPE_CHECKING:
-    from lariat.perception.centerline.estimate import CenterlineEstimate
+    from lariat.perception.centerline.estimate import CenterlineEstimate, RopeDimensions
     from lariat.perception.image.detector import Detection
+    from lariat.perception.rgbd.lens_distortion import Undistortion
 
 LINE_COLORS = ((255, 0, 255), (0, 255, 255), (255, 255, 0), (0, 255, 0), (255, 128, 0))
 """Colours of drawn centrelines, one rope after the other."""
@@ -39,6 +41,14 @@ MAX_PICTURE_FILE_SIZE = 2**28
 """Largest picture file [bytes]."""
 MAX_INTRINSICS_SIZE = 2**16
 """Largest file of a camera's intrinsics [bytes]."""
+MILLIMETRE = 1e-3
+"""Unit of a depth image, unless the rope's length tells another [m]."""
+OTHER_UNITS = (1e-4, 2.5e-4, 2e-4, 1e-5, 1e-2)
+"""Units of other depth images: RealSense D405 and L515, TUM's data sets, and rarer ones [m]."""
+UNIT_TOLERANCE = 0.12
+"""Difference of the rope's length from the told one up to which another unit is taken [-]."""
+LENGTH_TOLERANCE = 0.25
+"""Difference from the told length above which the nodes are no answer [-]."""
 WHITE_PERCENTILE = 99.5
 """Percentile of an image of more than eight bits that becomes white [%]."""
 SUBPIXEL_BITS = 4
@@ -53,7 +63,9 @@ def main(
     camera: Path | None = None,
     length: float | None = None,
     diameter: float | None = None,
+    depth_scale: float | None = None,
     nodes: int = 40,
+    doubtful: float | None = None,
     output: Path | None = None,
     labels: Path | None = None,
     json: bool = False,
@@ -61,12 +73,13 @@ def main(
     """Find the ropes in an image: their centrelines, and with depth one rope's nodes in space.
 
     Prints a table, with --json one JSON object: `ropes`, longest first, each with `lines` (columns
-    and rows in order along it, bridged where another rope covers it), `width`, `color` and
-    `p_wrong`; `crossings`, each with its place, the two ropes, the upper one first, and whether
-    that is `known`; `p_wrong`, the probability that a rope is missing, too much or wrong; `notes`
-    on what may be wrong. With depth, camera, length and diameter also `nodes` of the longest rope,
-    in metres in the camera's optical frame (x right, y down, z forward), each with `sigma` and
-    `observed`, and `node_p_wrong`.
+    and rows in order along it, bridged where another rope covers it), `width`, `color`, `p_wrong`
+    and whether that makes it `doubtful`; `crossings`, each with its place, the two ropes, the upper
+    one first, and whether that is `known`; `p_wrong`, the probability that a rope is missing, too
+    much or wrong; `notes` on what may be wrong. With depth, camera, length and diameter also
+    `nodes` of the longest rope, in metres in the camera's optical frame (x right, y down, z
+    forward), each with `sigma` and `observed`, and `node_p_wrong`. The exit code is 1 where no rope
+    is found, or no nodes.
 
     Examples:
       lariat see cable.jpg --color 230 110 30 --output seen.png
@@ -75,62 +88,136 @@ def main(
     Args:
         image: Colour image, PNG or JPEG.
         color: Red, green and blue of the ropes to find; by default all ropes are found.
-        depth: 16-bit depth image of the same pixels [mm], 0 where nothing was measured.
-        camera: JSON file with fx, fy, cx and cy in pixels.
+        depth: 16-bit depth image of the same pixels, 0 where nothing was measured.
+        camera: Camera file of RealSense, Open3D, OpenCV or ROS, or JSON with fx, fy, cx and cy in
+            pixels. Where it has a distortion, the answer is about the undistorted image.
         length: Length of the rope [m].
         diameter: Diameter of the rope [m].
+        depth_scale: Metres of a unit of the depth image; by default 0.001, or the unit of another
+            camera with which the rope is as long as it is.
         nodes: Number of nodes, evenly spaced along the rope.
+        doubtful: Probability of being wrong above which an answer is doubtful; 0.3 by default.
         output: Image file to write, with the result drawn over the image.
         labels: Image file to write: 0 at the background, k where the k-th rope is seen.
         json: Answer with one JSON object on standard output.
     """
     from lariat.perception.centerline.estimate import RopeDimensions
-    from lariat.perception.centerline.estimator import CenterlineEstimator
-    from lariat.perception.centerline.settings import CenterlineSettings
     from lariat.perception.image import detector
+    from lariat.perception.image.p_wrong import DOUBTFUL
 
-    measured = None
+    threshold = DOUBTFUL if doubtful is None else doubtful
+    for option, number in (("doubtful", doubtful), ("depth-scale", depth_scale)):
+        if number is not None and not 0.0 < number < 1.0:
+            raise ConfigurationError(f"--{option} is {number:g}; give a number between 0 and 1")
+    picture = _read_image(image)
+    ranges = intrinsics = rope = None
     if depth is not None:
         if camera is None or length is None or diameter is None:
             raise ConfigurationError(
                 "--depth needs --camera, --length and --diameter: nodes are fitted in metres"
             )
-        measured = _read_depth(depth), camera, RopeDimensions(length, diameter / 2.0, nodes)
-    picture = _read_image(image)
+        rope = RopeDimensions(length, diameter / 2.0, nodes)
+        ranges = _read_depth(depth, picture)
+        intrinsics, undistorted = _read_camera(camera, picture)
+        picture, ranges = undistorted(picture, ranges)
     drawn = picture.copy()
     try:
         detection = detector.detect_ropes(picture, color)
     except ValueError as error:
         raise ConfigurationError(f"{image}: {error}") from error
-    answer = _answer(detection)
-    answer["notes"] = notes = _notes(detection)
-    for note in notes:
-        print(f"lariat: {image}: {note}", file=sys.stderr)
+    answer = _answer(detection, threshold)
+    notes = _notes(detection, threshold, color)
     if labels is not None and not _write_image(labels, detection.labels):
         raise ConfigurationError(f"{labels}: cannot be written; use the ending .png")
-    if measured is None:
+    if ranges is None or intrinsics is None or rope is None:
         thick = max(2, round(max(picture.shape) / PIXELS_PER_THICKNESS))
-        for k, rope in enumerate(detection.ropes):
-            for line in rope.lines:
+        for k, seen in enumerate(detection.ropes):
+            for line in seen.lines:
                 _draw(drawn, line.pixels, LINE_COLORS[k % len(LINE_COLORS)], thick)
-    else:
-        ranges, known, model = measured
-        view = Camera(_read_intrinsics(known, picture), Pose(np.zeros(3), poses.IDENTITY))
-        # The rope's pixels are known already: pass their likeness as brightness.
-        own = cv2.dilate((detection.labels == 1).view(np.uint8), np.ones((5, 5), np.uint8))
-        likeness = cv2.cvtColor(detection.likeness * own, cv2.COLOR_GRAY2RGB)
-        estimator = CenterlineEstimator(view, model, CenterlineSettings())
-        found = estimator.estimate(np.asarray(likeness, np.uint8), ranges)
+    elif detection.ropes:
+        view = Camera(intrinsics, Pose(np.zeros(3), poses.IDENTITY))
+        found, note = _nodes(detection, view, ranges, rope, depth_scale)
+        notes += [note] if note else []
         answer |= _node_answer(found)
         if not found.lost:
             _draw_nodes(drawn, view.project(found.positions)[0], found)
+    answer["notes"] = notes
+    for note in notes:
+        print(f"lariat: {image}: {note}", file=sys.stderr)
     if output is not None and not _write_image(output, drawn):
         raise ConfigurationError(f"{output}: cannot be written; use the ending .png or .jpg")
     if json:
         print(jsons.dumps(answer))
     else:
         _show(answer, detection)
-    return 1 if answer.get("lost") else 0
+    return 1 if answer.get("lost") or not detection.ropes else 0
+
+
+def _nodes(
+    detection: Detection,
+    view: Camera,
+    ranges: UInt16[np.ndarray, "h w"],
+    rope: RopeDimensions,
+    scale: float | None,
+) -> tuple[CenterlineEstimate, str]:
+    """Nodes of the longest rope, and a note on the unit of the depth image; empty for none."""
+    from lariat.perception.centerline.estimate import CenterlineEstimate
+    from lariat.perception.centerline.estimator import CenterlineEstimator
+    from lariat.perception.centerline.settings import CenterlineSettings
+
+    note, unit = "", scale or MILLIMETRE
+    along = _length_in_units(detection, view, ranges)
+    if scale is None and not _agrees(along * unit, rope.length, LENGTH_TOLERANCE):
+        fitting = [u for u in OTHER_UNITS if _agrees(along * u, rope.length, UNIT_TOLERANCE)]
+        if len(fitting) == 1:
+            unit = fitting[0]
+            note = (
+                f"in millimetres the rope would be {1e-3 * along:.2f} m long: the depth image is "
+                f"read in units of {1e3 * unit:g} mm; --depth-scale gives another"
+            )
+    # The rope's pixels are known already: pass their likeness as brightness.
+    own = cv2.dilate((detection.labels == 1).view(np.uint8), np.ones((5, 5), np.uint8))
+    likeness = cv2.cvtColor(detection.likeness * own, cv2.COLOR_GRAY2RGB)
+    millimetres = np.rint(ranges * (unit / MILLIMETRE))
+    depth = np.where(millimetres < 2**16, millimetres, 0).astype(np.uint16)
+    estimator = CenterlineEstimator(view, rope, CenterlineSettings())
+    found = estimator.estimate(np.asarray(likeness, np.uint8), depth)
+    if found.lost:
+        return found, note
+    # A rope that is hidden in part is seen shorter than it is, never longer.
+    seen, own_length = along * unit, polylines.length(found.positions)
+    longer = max(seen, own_length)
+    if longer > (1.0 + LENGTH_TOLERANCE) * rope.length:
+        return CenterlineEstimate.failed(
+            f"the depth image shows {longer:.2f} m of a rope of {rope.length:g} m; check "
+            f"--depth-scale ({unit:g} m a unit here), --length and --camera"
+        ), note
+    if own_length < (1.0 - LENGTH_TOLERANCE) * rope.length:
+        return CenterlineEstimate.failed(
+            f"the nodes are {own_length:.2f} m long, not {rope.length:g} m; check --depth-scale "
+            f"({unit:g} m a unit here), --length and --camera"
+        ), note
+    return found, note
+
+
+def _length_in_units(
+    detection: Detection, view: Camera, ranges: UInt16[np.ndarray, "h w"]
+) -> float:
+    """Length of the longest rope in units of the depth image."""
+    line = detection.ropes[0].lines[0].pixels
+    at = np.clip(np.rint(line).astype(int), 0, np.array(ranges.shape[::-1]) - 1)
+    depth = ranges[at[:, 1], at[:, 0]].astype(float)
+    measured = np.flatnonzero(depth)
+    if len(measured) < 2:
+        return 0.0
+    depth = median_filter(np.interp(np.arange(len(line)), measured, depth[measured]), 9)
+    # Steps across the view alone: depth is noisier than it changes from pixel to pixel.
+    steps = np.diff(line, axis=0) / [view.intrinsics.fx, view.intrinsics.fy]
+    return float(np.sum(np.linalg.norm(steps, axis=1) * depth[1:]))
+
+
+def _agrees(length: float, told: float, tolerance: float) -> bool:
+    return abs(length - told) < tolerance * told
 
 
 def _show(answer: dict[str, Any], detection: Detection) -> None:
@@ -157,12 +244,13 @@ def _show(answer: dict[str, Any], detection: Detection) -> None:
         )
 
 
-def _answer(detection: Detection) -> dict[str, object]:
+def _answer(detection: Detection, threshold: float) -> dict[str, object]:
     ropes = [
         {
             "color": list(rope.color),
             "width": round(rope.width, 2),
             "p_wrong": round(rope.p_wrong, 3),
+            "doubtful": rope.p_wrong > threshold,
             "lines": [np.round(line.pixels, 2).tolist() for line in rope.lines],
         }
         for rope in detection.ropes
@@ -174,22 +262,30 @@ def _answer(detection: Detection) -> dict[str, object]:
     return {"ropes": ropes, "crossings": crossings, "p_wrong": round(detection.p_wrong, 3)}
 
 
-def _notes(detection: Detection) -> list[str]:
+def _notes(detection: Detection, threshold: float, color: tuple[int, int, int] | None) -> list[str]:
     """Reasons why the result may be wrong."""
-    from lariat.perception.image.p_wrong import DOUBTFUL
-
     notes = []
-    if detection.p_wrong > DOUBTFUL:
-        doubtful = [str(k) for k, rope in enumerate(detection.ropes) if rope.p_wrong > DOUBTFUL]
+    advice = "give an image with a plainer ground, or in which the ropes are larger"
+    if color is None:
+        advice = f"give the ropes' --color, or {advice.removeprefix('give ')}"
+    if not detection.ropes:
+        what = "" if color is None else f" of the colour {' '.join(map(str, color))}"
+        notes.append(f"no rope{what} found; {advice}")
+    if detection.p_wrong > threshold:
+        doubtful = [str(k) for k, rope in enumerate(detection.ropes) if rope.p_wrong > threshold]
         which = f", rope {' and '.join(doubtful)} above all" if doubtful else ""
         notes.append(
-            f"the answer is wrong with a probability of {detection.p_wrong:.2f}{which}; give the "
-            "ropes' --color, or an image with a plainer ground"
+            f"the answer is wrong with a probability of {detection.p_wrong:.2f}{which}; {advice}"
+        )
+    if detection.left_out:
+        notes.append(
+            f"{detection.left_out} shorter pieces of what may be ropes were left out: there are "
+            "too many; crop the image, or give one with a plainer ground"
         )
     if detection.shadow > SHADOW_NOTE_SHARE:
         notes.append(
-            "the result has the colours of its surroundings, only darker: it may be a shadow; if "
-            "so, give the rope's --color"
+            "the result has the colours of its surroundings, only darker: it may be a shadow"
+            + ("; if so, give the rope's --color" if color is None else "")
         )
     return notes
 
@@ -237,18 +333,39 @@ def _decode(path: Path, flags: int) -> np.ndarray | None:
     return cv2.imdecode(np.frombuffer(content, np.uint8), flags)
 
 
-def _read_depth(path: Path) -> UInt16[np.ndarray, "h w"]:
+def _read_depth(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> UInt16[np.ndarray, "h w"]:
     image = _decode(path, cv2.IMREAD_UNCHANGED)
     if image is None or image.dtype != np.uint16 or image.ndim != 2:
-        raise ConfigurationError(f"{path}: not a depth image; give a 16-bit PNG in millimetres")
+        raise ConfigurationError(f"{path}: not a depth image; give a 16-bit PNG")
+    _check_size(path, "depth image", image.shape[1::-1], picture)
     return np.asarray(image, np.uint16)
 
 
-def _read_intrinsics(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> Intrinsics:
+def _read_camera(
+    path: Path, picture: UInt8[np.ndarray, "h w 3"]
+) -> tuple[Intrinsics, Undistortion]:
+    from lariat.perception.rgbd.camera_file import read_camera
+    from lariat.perception.rgbd.lens_distortion import Undistortion
+
     height, width = picture.shape[:2]
-    with refusing(f"{path}: give a JSON object with fx, fy, cx and cy in pixels"):
-        known = jsons.loads(read_file(path, MAX_INTRINSICS_SIZE))
-        return Intrinsics(width, height, *(float(known[k]) for k in ("fx", "fy", "cx", "cy")))
+    with refusing(f"{path}: not a camera file of RealSense, Open3D, OpenCV or ROS"):
+        known = read_camera(read_file(path, MAX_INTRINSICS_SIZE))
+    if known.size is not None:
+        _check_size(path, "camera", known.size, picture)
+    with refusing(f"{path}"):
+        intrinsics = Intrinsics(width, height, *known.focal, *known.center)
+        return intrinsics, Undistortion(intrinsics, known.distortion, known.model)
+
+
+def _check_size(
+    path: Path, what: str, size: tuple[int, ...], picture: UInt8[np.ndarray, "h w 3"]
+) -> None:
+    if tuple(size) != picture.shape[1::-1]:
+        raise ConfigurationError(
+            f"{path}: the {what} has {size[0]} x {size[1]} pixels and the colour image "
+            f"{picture.shape[1]} x {picture.shape[0]}; align depth to colour, and give the colour "
+            "camera's file"
+        )
 
 
 def _draw(

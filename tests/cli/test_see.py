@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cli.__main__ import main
-from lariat.geometry import poses
+from lariat.geometry import polylines, poses
 from lariat.perception.image.p_wrong import DOUBTFUL
 from tests.lariat.perception.centerline.test_segmentation import GREY, ORANGE, taken
 from tests.services.perception.scenes import CAMERA, curve
@@ -43,10 +43,74 @@ def test_a_doubtful_answer_says_so(folder: Path, capsys: pytest.CaptureFixture) 
     assert picture is not None
     # Orange and the table are equally bright: what is found is the table's grain.
     cv2.imwrite(str(folder / "faint.png"), cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
-    assert main(["see", str(folder / "faint.png"), "--json"]) == 0
+    code = main(["see", str(folder / "faint.png"), "--json"])
     answer = json.loads(capsys.readouterr().out)
-    assert answer["p_wrong"] > DOUBTFUL
-    assert "probability" in answer["notes"][0]
+    assert code == (0 if answer["ropes"] else 1)
+    assert "--color" in answer["notes"][0]
+    if answer["ropes"]:
+        assert answer["p_wrong"] > DOUBTFUL
+
+
+def test_no_rope_is_an_answer(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    cv2.imwrite(str(tmp_path / "grey.png"), np.full((240, 320), 120, np.uint8))
+    assert main(["see", str(tmp_path / "grey.png"), "--json"]) == 1
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["ropes"] == []
+    assert "no rope" in answer["notes"][0]
+
+
+def test_threshold_of_doubt_is_the_users(folder: Path, capsys: pytest.CaptureFixture) -> None:
+    said = []
+    for threshold in ("0.999", "0.000001"):
+        main(["see", str(folder / "rope.png"), "--doubtful", threshold, "--json"])
+        answer = json.loads(capsys.readouterr().out)
+        said.append((answer["ropes"][0]["doubtful"], bool(answer["notes"])))
+    assert said == [(False, False), (True, True)]
+    assert main(["see", str(folder / "rope.png"), "--doubtful", "30"]) == 2
+
+
+def with_depth(folder: Path, *more: str) -> list[str]:
+    options = ["--depth", str(folder / "depth.png"), "--camera", str(folder / "k.json")]
+    options += ["--length", "0.45", "--diameter", "0.008", "--json"]
+    return ["see", str(folder / "rope.png"), *options, *more]
+
+
+def test_unit_of_the_depth_is_found_from_the_length_and_said(
+    folder: Path, capsys: pytest.CaptureFixture
+) -> None:
+    depth = cv2.imread(str(folder / "depth.png"), cv2.IMREAD_UNCHANGED)
+    assert depth is not None
+    cv2.imwrite(str(folder / "depth.png"), depth * np.uint16(10))
+    assert main(with_depth(folder)) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert any("0.1 mm" in note for note in found["notes"])
+    assert main(with_depth(folder, "--depth-scale", "0.0001")) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert not any("0.1 mm" in note for note in told["notes"])
+    assert np.allclose(found["nodes"], told["nodes"])
+    assert polylines.length(np.array(told["nodes"])) == pytest.approx(0.45, rel=0.05)
+
+
+def test_nodes_whose_length_contradicts_the_told_one_are_no_answer(
+    folder: Path, capsys: pytest.CaptureFixture
+) -> None:
+    assert main(with_depth(folder, "--depth-scale", "0.002")) == 1
+    answer = json.loads(capsys.readouterr().out)
+    assert "nodes" not in answer
+    assert "--depth-scale" in answer["lost"]
+
+
+def test_depth_and_camera_of_another_size_are_refused(
+    folder: Path, capsys: pytest.CaptureFixture
+) -> None:
+    i = CAMERA.intrinsics
+    other = {"fx": i.fx, "fy": i.fy, "ppx": i.cx, "ppy": i.cy, "width": 848, "height": 480}
+    (folder / "k.json").write_text(json.dumps(other))
+    assert main(with_depth(folder)) == 2
+    assert "848 x 480" in capsys.readouterr().err
+    cv2.imwrite(str(folder / "depth.png"), np.full((480, 848), 600, np.uint16))
+    assert main(with_depth(folder)) == 2
+    assert "align" in capsys.readouterr().err
 
 
 def test_labels_are_written_for_every_rope(folder: Path, capsys: pytest.CaptureFixture) -> None:

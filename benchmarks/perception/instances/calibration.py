@@ -1,123 +1,170 @@
-"""Calibration of doubt: logistic models fitted to what was right in rendered pictures.
+"""Calibration of the judge: logistic models fitted to what was right in pictures.
 
-The pictures are those of the tuning generator, with seeds that nothing else was tuned on. The
-fitted coefficients are copied into lariat/perception/image/p_wrong.py.
+The rendered pictures are those of the tuning generator, with seeds that nothing else was tuned on;
+photographs weigh as much as they. The fitted coefficients are copied into
+lariat/perception/image/p_wrong.py. What the judge states about a picture that it was not fitted to
+is found by cross-validation.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import astuple, dataclass
-from itertools import islice
 
+import cv2
 import numpy as np
-from jaxtyping import Bool, Float64
-from scipy.optimize import linear_sum_assignment
+from jaxtyping import Bool, Float64, UInt8
 
-from benchmarks.perception.instances.judgement import RIGHT_DICE, dice_matrix
-from benchmarks.perception.pictures.generators import Ground, tuning_picture
-from benchmarks.perception.pictures.renderer import LabelledPicture
+from benchmarks.perception.instances.judgement import right_lines
 from lariat.perception.image import detector, p_wrong
-from lariat.perception.image.foreground import Foreground, find_foregrounds
+from lariat.perception.image.foreground import find_foregrounds
 from lariat.perception.image.p_wrong import RopeFeatures
 
-FIRST_SEED = 100_000
-"""First seed of the pictures for the fit; tuning uses lower ones."""
-RIDGE = 0.02
+RIDGE = 0.002
 """Weight of the squared coefficients of the standardised features."""
-EVERY_WAY_STRIDE = 4
-"""Stride of the pictures in which every way of finding the foreground is sampled: the others than
-the network are rarely needed."""
 NEWTON_STEPS = 30
 """Steps of Newton's method."""
+MIN_ROPE_SHARE = 0.5
+"""Share of a line on ropes below which it is none [-]."""
+FOLD_COUNT = 5
+"""Number of parts of the cross-validation."""
 
 
 @dataclass(frozen=True)
 class Sample:
-    """Detection in one picture, with every rope that was assembled."""
+    """Lines in one picture."""
 
-    ropes: list[RopeFeatures]
-    """Features of its ropes, the incredible included."""
-    dice: Float64[np.ndarray, "n m"]
-    """Dice coefficients of true and found ropes."""
-    shares: list[float]
-    """Share of the skeleton that each of its ropes explains, 0..1."""
+    row: str
+    """Kind of pictures that it belongs to."""
+    lines: list[RopeFeatures]
+    """Features of all lines."""
+    right: Bool[np.ndarray, "n m"]
+    """Whether a line is the one of a true rope."""
+    background: Bool[np.ndarray, "m"]
+    """Whether a line is no rope."""
     fragment_count: int
     """Number of fragments."""
-    by_color: bool
-    """Whether it was found by the colours of proposals."""
     seen: Float64[np.ndarray, "k"]
-    """Shares of what the network sees: of no rope, and of each of its ropes."""
+    """Areas that are surely seen: beside all lines, and at each of them [squared widths]."""
+
+    def answer(self) -> tuple[p_wrong.ImageFeatures, float, bool]:
+        """Features of the answer, the most doubtful rope's p_wrong, and whether it is wrong."""
+        kept = np.array(p_wrong.reported(self.lines), int)
+        ropes = [self.lines[k] for k in kept]
+        others = [line for k, line in enumerate(self.lines) if k not in kept]
+        missing = float(np.sum(self.seen) - np.sum(self.seen[kept + 1]))
+        features = p_wrong.image_features(ropes, others, self.fragment_count, missing)
+        worst = max((p_wrong.p_wrong(r) for r in ropes), default=0.0)
+        whole = len(kept) == len(self.right) and bool(np.all(self.right[:, kept].any(axis=1)))
+        return features, worst, not whole
 
 
-def samples(count: int) -> Iterator[Sample]:
-    """Yield samples of what the network finds in rendered pictures, and in some of all ways."""
-    grounds: tuple[Ground, Ground] = ("plain", "clutter")
-    for k in range(count):
-        picture = tuning_picture(FIRST_SEED + k, 1 + k % 3, grounds[(k // 3) % 2])
-        print(f"\rpicture {k + 1} of {count}", end="", file=sys.stderr)
-        ways = None if k % EVERY_WAY_STRIDE == 0 else 1
-        for foreground in islice(find_foregrounds(picture.color), ways):
-            yield from _sample(picture, foreground)
-    print(file=sys.stderr)
+@dataclass(frozen=True)
+class Coefficients:
+    """Coefficients of the three models."""
+
+    background: tuple[float, ...]
+    rope: tuple[float, ...]
+    image: tuple[float, ...]
+
+    def use(self) -> None:
+        """Make them those of the judge."""
+        p_wrong.BACKGROUND_COEFFICIENTS = self.background
+        p_wrong.ROPE_COEFFICIENTS = self.rope
+        p_wrong.IMAGE_COEFFICIENTS = self.image
 
 
-def _sample(picture: LabelledPicture, foreground: Foreground) -> Iterator[Sample]:
+@dataclass(frozen=True)
+class Stated:
+    """Answer about a picture to which the judge was not fitted."""
+
+    row: str
+    """Kind of pictures that it belongs to."""
+    doubt: float
+    """Stated probability that the answer is wrong."""
+    wrong: bool
+    """Whether it is."""
+    cables: int
+    """Number of true ropes."""
+    one_line: int
+    """Number of those with one right line among the reported ones."""
+
+
+def sample(
+    row: str, picture: UInt8[np.ndarray, "h w 3"], labels: UInt8[np.ndarray, "h w"]
+) -> Sample | None:
+    """Return the lines of a picture with the truth about them; None where nothing is seen."""
+    foreground = next(iter(find_foregrounds(picture)), None)
+    if foreground is None:
+        return None
     found = detector.measure_candidates(foreground)
-    if found is None:
-        return
-    labels, _ = detector.label_ropes(found.ropes, found.lab)
-    yield Sample(
-        [r.features for r in found.ropes],
-        dice_matrix(picture.labels, labels, len(picture.cables), len(found.ropes)),
-        found.shares,
+    size = found.likeness.shape[::-1]
+    small = np.asarray(cv2.resize(labels, size, interpolation=cv2.INTER_NEAREST), np.uint8)
+    right, on_rope = right_lines(small, found.lines)
+    shown, _ = detector.label_ropes(found.lines, found.lab)
+    near = cv2.dilate(shown, np.ones((5, 5), np.uint8))
+    sure = near[foreground.log_odds > detector.SURE_LOG_ODDS]
+    seen = np.bincount(sure, minlength=len(found.lines) + 1) / foreground.width**2
+    return Sample(
+        row,
+        [r.features for r in found.lines],
+        right,
+        on_rope < MIN_ROPE_SHARE,
         found.fragment_count,
-        foreground.by_color,
-        detector.seen_shares(foreground.log_odds, labels, len(found.ropes)),
+        seen,
     )
 
 
-def fit(count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the coefficients of the models of ropes and of images."""
-    every = list(samples(count))
-    features = np.array([astuple(r) for s in every for r in s.ropes])
-    wrong = np.concatenate([~_right_ropes(s) for s in every])
-    ropes = fit_logistic(features, wrong)
-    p_wrong.ROPE_COEFFICIENTS = ropes
-    images, image_wrong = [], []
-    for s in every:
-        kept = p_wrong.believed(s.ropes)
-        explained = sum(s.shares[k] for k in kept)
-        believed = [s.ropes[k] for k in kept]
-        missing = max(0.0, float(np.sum(s.seen) - sum(s.seen[k + 1] for k in kept)))
-        known = p_wrong.image_features(believed, explained, s.fragment_count, s.by_color, missing)
-        images.append(astuple(known))
-        right = len(kept) == len(s.dice) and bool(np.all(_right_ropes(s)[kept]))
-        image_wrong.append(not right)
-    return ropes, fit_logistic(np.array(images), np.array(image_wrong))
+def fit(samples: Iterable[Sample], weights: Iterable[float]) -> Coefficients:
+    """Return the coefficients fitted to samples of given weights; they become the judge's."""
+    samples, weights = list(samples), list(weights)
+    features = np.array([astuple(r) for s in samples for r in s.lines])
+    weight = np.array([w for s, w in zip(samples, weights, strict=True) for _ in s.lines])
+    background = np.concatenate([s.background for s in samples])
+    # Where lines lead is learnt from ropes.
+    ropes = ~background
+    wrong = ~np.concatenate([s.right.any(axis=0) for s in samples])
+    first = fit_logistic(features, background, weight)
+    second = fit_logistic(features[ropes], wrong[ropes], weight[ropes])
+    Coefficients(first, second, p_wrong.IMAGE_COEFFICIENTS).use()
+    answers = [s.answer() for s in samples]
+    known = np.array([astuple(f) for f, _, _ in answers])
+    third = fit_logistic(known, np.array([w for _, _, w in answers]), np.array(weights))
+    found = Coefficients(first, second, third)
+    found.use()
+    return found
 
 
-def _right_ropes(sample: Sample) -> Bool[np.ndarray, "m"]:
-    right = np.zeros(len(sample.ropes), bool)
-    for i, j in zip(*linear_sum_assignment(-sample.dice), strict=True):
-        right[j] = sample.dice[i, j] > RIGHT_DICE
-    return right
+def cross_validated(samples: list[Sample], weights: list[float]) -> list[Stated]:
+    """Return what the judge states about answers that it was not fitted to."""
+    stated = []
+    for k in range(FOLD_COUNT):
+        inside = [n for n in range(len(samples)) if n % FOLD_COUNT != k]
+        fit([samples[n] for n in inside], [weights[n] for n in inside])
+        for s in samples[k::FOLD_COUNT]:
+            features, worst, wrong = s.answer()
+            doubt = max(worst, p_wrong.p_wrong(features))
+            one_line = int(s.right[:, p_wrong.reported(s.lines)].any(axis=1).sum())
+            stated.append(Stated(s.row, doubt, wrong, len(s.right), one_line))
+    return stated
 
 
 def fit_logistic(
-    features: Float64[np.ndarray, "n m"], wrong: Bool[np.ndarray, "n"]
+    features: Float64[np.ndarray, "n m"],
+    wrong: Bool[np.ndarray, "n"],
+    weights: Float64[np.ndarray, "n"],
 ) -> tuple[float, ...]:
     """Return intercept and slopes of the log odds of being wrong, by Newton's method."""
+    weights = weights / np.mean(weights)
     middle, spread = features.mean(axis=0), features.std(axis=0) + 1e-9
     x = np.column_stack([np.ones(len(features)), (features - middle) / spread])
-    penalty = RIDGE * len(features) * np.eye(x.shape[1]) / 10.0
+    penalty = RIDGE * len(features) * np.eye(x.shape[1])
     penalty[0, 0] = 0.0
     beta = np.zeros(x.shape[1])
     for _ in range(NEWTON_STEPS):
         p = 1.0 / (1.0 + np.exp(-np.clip(x @ beta, -30.0, 30.0)))
-        gradient = x.T @ (p - wrong) + penalty @ beta
-        hessian = (x * (p * (1.0 - p))[:, None]).T @ x + penalty + 1e-9 * np.eye(x.shape[1])
-        beta -= np.linalg.solve(hessian, gradient)
+        gradient = x.T @ (weights * (p - wrong)) + penalty @ beta
+        hessian = (x * (weights * p * (1.0 - p))[:, None]).T @ x + penalty
+        beta -= np.linalg.solve(hessian + 1e-9 * np.eye(x.shape[1]), gradient)
     slopes = beta[1:] / spread
     return (float(beta[0] - slopes @ middle), *slopes.tolist())

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
-from jaxtyping import Float64, UInt8
+from jaxtyping import Bool, Float64, UInt8
 from scipy.optimize import linear_sum_assignment
 
-from lariat.perception.image.detector import Detection
+from lariat.perception.image.detector import DetectedRope, Detection
 
-RIGHT_DICE = 0.85
-"""Dice coefficient from which a rope counts as found [-]."""
 LINE_COVERAGE = 0.9
 """Share of a rope's visible pixels that must lie beside its one line [-]."""
+LINE_PRECISION = 0.8
+"""Share of the line that must lie beside these pixels [-]: ferrules at its ends are no rope."""
 LINE_REACH_WIDTHS = 0.75
-"""Distance from a line up to which pixels lie beside it [rope widths]."""
+"""Distance from a line up to which pixels lie beside it [widths of the true rope]."""
+WIDTH_PERCENTILE = 90.0
+"""Percentile of the distances from a rope's outside that is half its width [%]."""
 
 
 @dataclass(frozen=True)
@@ -27,37 +30,34 @@ class Judgement:
     dice: Float64[np.ndarray, "n"]
     """Dice coefficient of each true rope with the rope that was found for it."""
     one_line: Float64[np.ndarray, "n"]
-    """1 for each true rope that one found line covers, else 0."""
+    """1 for each true rope that one found line follows, and no more than it, else 0."""
     doubt: float
-    """Stated probability that the answer is wrong; 1 where nothing was found."""
+    """Stated probability that the answer is wrong."""
     rope_right: list[bool]
     """Whether each found rope is one of the true ones, in the order of the detection."""
 
     @property
     def right(self) -> bool:
         """Whether the answer is right as a whole."""
-        return self.right_number and bool(np.all(self.dice > RIGHT_DICE))
+        return self.right_number and bool(np.all(self.one_line))
 
 
-def judge(labels: UInt8[np.ndarray, "h w"], found: Detection | None) -> Judgement:
+def judge(labels: UInt8[np.ndarray, "h w"], found: Detection) -> Judgement:
     """Return the judgement of a detection.
 
     Args:
         labels: 0 at the background, k at rope k, from 1 without gaps.
-        found: Detection in the same picture; None when nothing was found.
+        found: Detection in the same picture.
     """
     count = int(labels.max())
-    if found is None:
-        return Judgement(count == 0, np.zeros(count), np.zeros(count), 1.0, [])
     overlap = dice_matrix(labels, found.labels, count, len(found.ropes))
-    true_index, found_index = linear_sum_assignment(-overlap)
-    dice, one_line = np.zeros(count), np.zeros(count)
-    rope_right = [False] * len(found.ropes)
-    for i, j in zip(true_index.tolist(), found_index.tolist(), strict=True):
+    right, _ = right_lines(labels, found.ropes)
+    dice = np.zeros(count)
+    for i, j in zip(*linear_sum_assignment(-overlap), strict=True):
         dice[i] = overlap[i, j]
-        one_line[i] = _is_one_line(labels == i + 1, found, j)
-        rope_right[j] = bool(overlap[i, j] > RIGHT_DICE)
-    return Judgement(count == len(found.ropes), dice, one_line, found.p_wrong, rope_right)
+    right_number = count == len(found.ropes)
+    one_line = right.any(axis=1).astype(float)
+    return Judgement(right_number, dice, one_line, found.p_wrong, right.any(axis=0).tolist())
 
 
 def dice_matrix(
@@ -71,12 +71,33 @@ def dice_matrix(
     return 2.0 * both[1:, 1:] / np.maximum(total, 1)
 
 
-def _is_one_line(mask: np.ndarray, found: Detection, index: int) -> bool:
-    """Whether one line of a found rope passes by nearly all pixels of a true one."""
-    rope = found.ropes[index]
-    rows, columns = np.nonzero(mask)
-    some = slice(None, None, max(1, len(rows) // 400))
-    pixels = np.stack([columns[some], rows[some]], axis=1)
-    line = max(rope.lines, key=lambda r: len(r.pixels)).pixels[::2]
-    nearest = np.min(np.linalg.norm(pixels[:, None] - line[None], axis=2), axis=1)
-    return float(np.mean(nearest < LINE_REACH_WIDTHS * rope.width)) > LINE_COVERAGE
+def right_lines(
+    labels: UInt8[np.ndarray, "h w"], ropes: list[DetectedRope]
+) -> tuple[Bool[np.ndarray, "n m"], Float64[np.ndarray, "m"]]:
+    """Return which line is the one of which true rope, and each line's share on any rope.
+
+    Args:
+        labels: 0 at the background, k at rope k.
+        ropes: Found ropes.
+    """
+    count, high = int(labels.max()), np.array(labels.shape[::-1]) - 1
+    lines = [max(r.lines, key=lambda line: len(line.pixels)).pixels for r in ropes]
+    at = [np.clip(np.rint(line).astype(int), 0, high) for line in lines]
+    right, on_any = np.zeros((count, len(ropes)), bool), np.zeros((count, len(ropes)))
+    for i in range(count):
+        mask = (labels == i + 1).view(np.uint8)
+        rows, columns = np.nonzero(mask)
+        if len(rows) == 0:
+            continue
+        inside = cv2.distanceTransform(mask, cv2.DIST_L2, 5)[rows, columns]
+        reach = 2.0 * LINE_REACH_WIDTHS * float(np.percentile(inside, WIDTH_PERCENTILE))
+        outside = cv2.distanceTransform(1 - mask, cv2.DIST_L2, 5)
+        some = slice(None, None, max(1, len(rows) // 400))
+        pixels = np.stack([columns[some], rows[some]], axis=1)
+        for j, line in enumerate(lines):
+            on = float(np.mean(outside[at[j][:, 1], at[j][:, 0]] < reach))
+            on_any[i, j] = on
+            if on > LINE_PRECISION:
+                nearest = np.min(np.linalg.norm(pixels[:, None] - line[None, ::2], axis=2), axis=1)
+                right[i, j] = np.mean(nearest < reach) > LINE_COVERAGE
+    return right, np.minimum(on_any.sum(axis=0), 1.0)

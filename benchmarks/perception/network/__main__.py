@@ -10,6 +10,7 @@ stay so. The present weights were trained twice: from random ones, and on from t
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import sys
 import time
 from collections import deque
@@ -30,7 +31,7 @@ FURTHER_LEARNING_RATE = 1e-3
 """The same where the weights of an earlier file are trained on [-]."""
 BATCH_SIZE = 16
 """Number of squares of a step [-]."""
-VIEWS = 2
+VIEWS = 4
 """Number of times that a square is seen, on average [-]."""
 POOL_SIZE = 2048
 """Number of squares that are kept to be seen again [-]."""
@@ -48,8 +49,8 @@ def batches(seed: int) -> Iterator[tuple[torch.Tensor, torch.Tensor]]:
     """
     random = np.random.default_rng((4, seed))
     pool: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=POOL_SIZE)
-    while True:
-        for _ in range(max(1, BATCH_SIZE // (CROPS_PER_PICTURE * VIEWS))):
+    for step in itertools.count():
+        if step % max(1, CROPS_PER_PICTURE * VIEWS // BATCH_SIZE) == 0:
             pool.extend(training_crops(seed))
             seed += 1
         chosen = [pool[k] for k in random.integers(len(pool), size=BATCH_SIZE)]

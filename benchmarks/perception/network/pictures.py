@@ -38,6 +38,14 @@ MAX_DARK_TRIALS = 8
 """Largest number of colours of one kind that are drawn for a cable."""
 CLUTTER_SHARE = 0.7
 """Share of the pictures with things, lines and shadows of things outside [-]."""
+GROUNDS = {"plain": 0.25, "blotched": 0.1, "wood": 0.1, "cloth": 0.1, "boards": 0.25, "print": 0.2}
+"""Kinds of grounds, and their shares [-]."""
+EDGE_SHARE = 0.4
+"""Share of the pictures in which the ground ends at a sheet's or a table's edge [-]."""
+FERRULE_SHARE = 0.4
+"""Share of the cables with sleeves and pins at their ends, which are no cable [-]."""
+SHARPENED_SHARE = 0.4
+"""Share of the pictures that the camera has sharpened [-]."""
 
 
 def training_crops(
@@ -77,18 +85,24 @@ def _picture(
         height = 1.0 + k * random.uniform(0.0, 1.2) + 0.7 * np.sin(s + random.uniform(0.0, 6.28))
         own = width * random.uniform(0.7, 1.4)
         color = common if same else _sheath(random, base)
-        stripes = _any_color(random) if random.random() < 0.12 else None
-        cables.append(Cable(axis, np.maximum(height, 0.0), own, color, stripes))
+        stripes, lay = _stripes(random, color)
+        cables.append(Cable(axis, np.maximum(height, 0.0), own, color, stripes, lay))
+    ends = [e for c in cables if random.random() < FERRULE_SHARE for e in _ferrules(random, c)]
     lighting = _lighting(random)
     picture, labels = surface, np.zeros(surface.shape[:2], np.uint8)
     if cables:
-        picture, labels = paint_cables(surface, cables, lighting)
+        picture, labels = paint_cables(surface, [*cables, *ends], lighting)
+        labels[labels > len(cables)] = 0
     gains = random.uniform(0.7, 1.25) * random.uniform(0.88, 1.12, 3)
     picture = 255.0 * (np.clip(picture * gains, 0.0, 255.0) / 255.0) ** random.uniform(0.7, 1.4)
+    picture = picture.astype(np.float32)
+    if random.random() < SHARPENED_SHARE:
+        soft = cv2.GaussianBlur(picture, (0, 0), random.uniform(0.8, 2.0))
+        picture = picture + random.uniform(0.3, 1.5) * (picture - soft)
     color = as_photograph(
-        picture.astype(np.float32),
+        picture,
         random,
-        random.uniform(0.3, 1.6),
+        random.uniform(0.3, 2.0),
         random.choice([0.0, random.uniform(0.0, 4.0)]),
         random.uniform(0.0, 10.0),
         int(random.integers(35, 98)),
@@ -116,11 +130,12 @@ def _lighting(random: np.random.Generator) -> Lighting:
 def _ground(random: np.random.Generator) -> tuple[Float32[np.ndarray, "h w 3"], Color]:
     """Ground, and the colour of most of it."""
     base = _any_color(random)
-    kind = random.choice(["plain", "blotched", "wood", "cloth"], p=[0.4, 0.2, 0.2, 0.2])
+    kind = random.choice(list(GROUNDS), p=list(GROUNDS.values()))
     if kind in ("plain", "blotched"):
         surface = grounds.plain_ground(random, PICTURE_SIZE, base, random.uniform(0.0, 0.08))
     else:
-        surface = (grounds.wood if kind == "wood" else grounds.cloth)(random, PICTURE_SIZE, base)
+        makers = {"wood": grounds.wood, "cloth": grounds.cloth, "boards": grounds.boards}
+        surface = makers.get(kind, grounds.printed)(random, PICTURE_SIZE, base)
     if kind == "blotched":
         second = np.array(_any_color(random), np.float32)
         share = 1.0 / (1.0 + np.exp(-random.uniform(0.5, 6.0) * _blotches(random)))
@@ -132,7 +147,38 @@ def _ground(random: np.random.Generator) -> tuple[Float32[np.ndarray, "h w 3"], 
             _draw_joints(random, surface)
         if random.random() < 0.45:
             _cast_shadows(random, surface)
+    if random.random() < EDGE_SHARE:
+        grounds.add_edges(random, surface)
     return surface, base
+
+
+def _stripes(random: np.random.Generator, color: Color) -> tuple[Color | None, float]:
+    """Second colour of a sheath and the length of its turns, or a rope's strands."""
+    kind = random.random()
+    if kind < 0.1:
+        return _any_color(random), random.uniform(2.0, 6.0)
+    if kind < 0.22:
+        return _any_color(random), random.uniform(40.0, 300.0)
+    if kind < 0.34:
+        red, green, blue = (int(c * random.uniform(0.5, 0.8)) for c in color)
+        return (red, green, blue), random.uniform(0.8, 1.6)
+    return None, 3.0
+
+
+def _ferrules(random: np.random.Generator, cable: Cable) -> list[Cable]:
+    """Sleeve and pin at both ends of a cable."""
+    parts = []
+    for axis, height in ((cable.axis, cable.height), (cable.axis[::-1], cable.height[::-1])):
+        ahead = axis[-1] - axis[-4]
+        ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
+        start = axis[-1]
+        metal: Color = (200, 196, 188) if random.random() < 0.7 else (190, 110, 70)
+        for wide, color in ((1.25, _any_color(random)), (random.uniform(0.4, 0.7), metal)):
+            count = max(3, int(random.uniform(1.0, 3.0) * cable.width))
+            way = start + np.arange(count)[:, None] * ahead
+            parts.append(Cable(way, np.full(count, height[-1]), wide * cable.width, color))
+            start = way[-1]
+    return parts
 
 
 def _blotches(random: np.random.Generator) -> Float64[np.ndarray, "h w"]:

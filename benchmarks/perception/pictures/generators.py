@@ -33,7 +33,7 @@ from benchmarks.perception.pictures.renderer import (
 )
 from lariat.perception.centerline.segmentation import Color
 
-Ground = Literal["plain", "clutter"]
+Ground = Literal["plain", "clutter", "real"]
 
 PICTURE_SIZE = (896, 672)
 """Width and height: 0.6 megapixels [pixels]."""
@@ -104,6 +104,10 @@ def tuning_picture(seed: int, cable_count: int, ground: Ground) -> LabelledPictu
     )
     if ground == "plain":
         surface = grounds.plain_ground(random, PICTURE_SIZE, base, random.uniform(0.0, 0.03))
+    elif ground == "real":
+        makers = (grounds.boards, grounds.printed, grounds.cloth)
+        surface = makers[int(random.integers(3))](random, PICTURE_SIZE, base)
+        grounds.add_edges(random, surface)
     else:
         made = random.choice(["wood", "cloth"])
         surface = (grounds.wood if made == "wood" else grounds.cloth)(random, PICTURE_SIZE, base)
@@ -161,7 +165,9 @@ def _photographed(
     noise: float,
     qualities: tuple[int, int],
 ) -> LabelledPicture:
-    picture, labels = paint_cables(surface, cables, lighting)
+    picture, labels = surface, np.zeros(surface.shape[:2], np.uint8)
+    if cables:
+        picture, labels = paint_cables(surface, cables, lighting)
     quality = int(random.integers(*qualities))
     color = as_photograph(picture, random, blur, motion, noise, quality)
     return LabelledPicture(color, labels, tuple(cables))

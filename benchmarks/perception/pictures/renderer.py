@@ -39,6 +39,9 @@ class Cable:
     """Colour in full light."""
     stripes: Color | None = None
     """Colour of a stripe wound around it; None for a plain cable."""
+    lay: float = 3.0
+    """Length of a turn of the stripe: about one for the strands of a rope, long for a sheath of two
+    colours [widths]."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +183,7 @@ def _samples(cables: list[Cable], index: int, lighting: Lighting) -> _Samples:
     bright = bright * _contact_shade(cables, index, axis, height)[:, None]
     color = np.broadcast_to(np.array(cable.color, float), (*bright.shape, 3)).copy()
     if cable.stripes is not None:
-        turn = np.arange(count)[:, None] * SAMPLE_SPACING / (3.0 * cable.width) + 0.3 * u
+        turn = np.arange(count)[:, None] * SAMPLE_SPACING / (cable.lay * cable.width) + 0.3 * u
         color[turn % 1.0 < 0.4] = cable.stripes
     color = color * bright[..., None]
     color += (lighting.gloss * shine**lighting.gloss_exponent)[..., None]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from jaxtyping import Bool, Float64, UInt8
@@ -17,8 +18,11 @@ SHARED_COST = 0.1
 """Cost of a fragment that two ropes share, because they lie on each other [-]."""
 MAX_THIN_SHARED_WIDTHS = 3.0
 """Length up to which two ropes may share a fragment that is no wider than one [rope widths]."""
-SHARED_RADIUS_WIDTHS = 0.6
-"""Radius from which two ropes may share a fragment of any length [rope widths]."""
+SHARED_RADIUS_RATIO = 1.2
+"""Radius from which two ropes may share a fragment of any length, relative to that of the others
+that meet it, or of most of the ropes [-]."""
+MAX_SHARING_ENDS = 10
+"""Number of ends up to which it is asked whether two crossings share a fragment."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,7 @@ def assemble(
         (k, side): end_pose(f, side, width) for k, f in enumerate(fragments) for side in (0, 1)
     }
 
+    @cache
     def cost(a: FragmentEnd, b: FragmentEnd) -> float:
         if a[0] == b[0]:
             return np.inf
@@ -105,34 +110,35 @@ def _crossings(
     price = {j: cheapest_pairing(ends, cost)[0] for j, ends in meeting.items()}
     place = {j: j for j in meeting}
     shared: set[int] = set()
+    gains: dict[int, tuple[float, tuple[int, int]]] = {}
     while True:
-        best: tuple[float, int, list[FragmentEnd]] | None = None
         for k, fragment in enumerate(fragments):
-            if k in shared or min(fragment.junctions) < 0:
+            if k in shared or k in gains or min(fragment.junctions) < 0:
                 continue
             a, b = (place[j] for j in fragment.junctions)
-            if a == b or not _may_be_shared(fragment, width):
-                continue
-            if len(meeting[a]) % 2 == 0 and len(meeting[b]) % 2 == 0:
+            odd = len(meeting[a]) % 2 or len(meeting[b]) % 2
+            if a == b or not odd or len(meeting[a]) + len(meeting[b]) > MAX_SHARING_ENDS:
                 continue
             rest = [e for e in meeting[a] + meeting[b] if e[0] != k]
-            gain = price[a] + price[b] - cheapest_pairing(rest, cost)[0] - SHARED_COST
-            if gain > 0.0 and (best is None or gain > best[0]):
-                best = gain, k, rest
-        if best is None:
+            if _may_be_shared(fragment, [fragments[e[0]] for e in rest], width):
+                without = cheapest_pairing(rest, cost)[0] + SHARED_COST
+                gains[k] = price[a] + price[b] - without, (a, b)
+        k = max(gains, key=lambda k: gains[k][0], default=-1)
+        if k < 0 or gains[k][0] <= 0.0:
             return list(meeting.values()), shared
-        _, k, rest = best
-        a, b = (place[j] for j in fragments[k].junctions)
+        a, b = gains[k][1]
         shared.add(k)
-        meeting[a] = rest
-        price[a] = cheapest_pairing(rest, cost)[0]
-        del meeting[b]
+        meeting[a] = [e for e in meeting[a] + meeting.pop(b) if e[0] != k]
+        price[a] = cheapest_pairing(meeting[a], cost)[0]
         place = {j: a if at == b else at for j, at in place.items()}
+        gains = {k: g for k, g in gains.items() if not {a, b} & set(g[1])}
 
 
-def _may_be_shared(fragment: Fragment, width: float) -> bool:
-    short = len(fragment.points) < MAX_THIN_SHARED_WIDTHS * width
-    return short or fragment.radius > SHARED_RADIUS_WIDTHS * width
+def _may_be_shared(fragment: Fragment, beside: list[Fragment], width: float) -> bool:
+    if len(fragment.points) < MAX_THIN_SHARED_WIDTHS * width:
+        return True
+    usual = float(np.median([f.radius for f in beside])) if beside else np.inf
+    return fragment.radius > SHARED_RADIUS_RATIO * max(usual, 0.5 * width)
 
 
 def _chain(

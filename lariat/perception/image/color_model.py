@@ -1,20 +1,19 @@
-"""Colour model of a rope in an image, learnt from one piece of it.
+"""Colour model of the ropes in an image, learnt from what the network sees of them.
 
-The colours of the piece and of its surroundings make two histograms; the logarithm of their ratio
-is the log likelihood ratio of rope at every pixel. Highlights, dark flanks and stripes are learnt
-as further colours. Components much wider, thinner or shorter than the piece are dropped.
+The colours of ropes and surroundings make two histograms; the logarithm of their ratio is the log
+likelihood ratio of rope at every pixel. Highlights, dark flanks and stripes are learnt as further
+colours.
 """
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, UInt8
+from jaxtyping import Float32, Float64, UInt8
 from scipy.ndimage import gaussian_filter
-from skimage.morphology import skeletonize
 
-from lariat.perception.image.contrast import RopeMask, could_be_shadow
-from lariat.perception.image.width import measure_width, ridge, width_from_radii
+from lariat.perception.image.contrast import could_be_shadow
+from lariat.perception.image.width import ridge
 
 HISTOGRAM_BITS = (5, 6, 6)
 """Bits of lightness and both chromas that the histograms distinguish."""
@@ -24,40 +23,18 @@ MIN_DENSITY = 2e-6
 """Density that is added to both histograms, so that unseen colours have a ratio of one [-]."""
 MAX_LOG_RATIO = 4.0
 """Limit of the log likelihood ratio, so that no pixel dominates its neighbours [-]."""
-ROPE_LOG_RATIO = 0.8
-"""Log likelihood ratio above which a pixel is rope; positive, since background is more frequent."""
 NEAR_WEIGHT, FAR_WEIGHT = 0.6, 0.4
 """Weights of the colours beside the piece, and of all others, in the background's histogram."""
 FAR_PIXEL_STRIDE = 7
 """Stride of the pixels far from the piece that enter the histogram [pixels]."""
-MAX_RADIUS_WIDTHS = 1.35
-"""Half width above which a region is not rope [rope widths]."""
-MIN_WIDTH_RATIO = 0.45
-"""Width below which a component is not rope [rope widths]."""
-MIN_LENGTH_WIDTHS = 4.0
-"""Length below which a component is dropped [rope widths]."""
+SHADE_RANGE = (0.4, 1.2)
+"""Darkest and brightest shade of a given colour."""
+DARKENING_DISTANCE = 45.0
+"""Distance between a colour and its shade of brightness zero [Lab]."""
 LIT_SHARE = 0.95
 """Lightness relative to the mean around it from which ground lies in the light [-]."""
 SHADOW_MAJORITY = 0.5
 """Dark share of a component's skeleton above which it is a dark rope, not one with a shadow."""
-
-
-def learn_rope_mask(
-    lab: UInt8[np.ndarray, "h w 3"], piece: UInt8[np.ndarray, "h w"]
-) -> RopeMask | None:
-    """Return all rope-like pixels with the colours of a piece; None when there are none.
-
-    Args:
-        lab: Image in Lab, as OpenCV scales it.
-        piece: 1 at the pixels of a piece of rope.
-    """
-    width, _ = measure_width(piece)
-    mask = without_shadow(lab, piece, width)
-    likelihood = log_likelihood_ratio(histogram_cells(lab), mask, mask, width)
-    mask, skeleton, radii = _rope_like((likelihood > ROPE_LOG_RATIO).view(np.uint8), width)
-    if not np.any(skeleton):
-        return None
-    return RopeMask(likelihood, mask, skeleton, width_from_radii(radii[skeleton]))
 
 
 def without_shadow(
@@ -150,46 +127,24 @@ def log_likelihood_ratio(
     return cv2.GaussianBlur(ratio[cells], (0, 0), max(0.6, 0.14 * width))
 
 
+def color_distance(
+    lab: UInt8[np.ndarray, "*k 3"], color: Float64[np.ndarray, "3"]
+) -> Float64[np.ndarray, "*k"]:
+    """Return the distance of colours from a given one, differences of brightness reduced [Lab].
+
+    Args:
+        lab: Colours in Lab, as OpenCV scales it.
+        color: Colour in Lab with which they are compared.
+    """
+    neutral = np.array([0.0, 128.0, 128.0])
+    full, seen = color - neutral, lab - neutral
+    shade = np.clip(seen @ full / max(float(full @ full), 1.0), *SHADE_RANGE)
+    distance = np.linalg.norm(seen - shade[..., None] * full, axis=-1)
+    return np.hypot(distance, DARKENING_DISTANCE * (1.0 - shade))
+
+
 def _density(cells: np.ndarray) -> np.ndarray:
     """Smoothed histogram of cells, normalised to one."""
     count = np.bincount(cells, minlength=1 << sum(HISTOGRAM_BITS)).astype(np.float32)
     shape = tuple(1 << b for b in HISTOGRAM_BITS)
     return gaussian_filter(count.reshape(shape), HISTOGRAM_SIGMA) / max(len(cells), 1)
-
-
-def without_wide_regions(mask: UInt8[np.ndarray, "h w"], width: float) -> UInt8[np.ndarray, "h w"]:
-    """Return a mask without the regions that are much wider than a rope.
-
-    Args:
-        mask: 1 at pixels with the colours of a rope.
-        width: Width of the rope [pixels].
-    """
-    radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
-    wide = (radii > max(MAX_RADIUS_WIDTHS * width, 2.5)).view(np.uint8)
-    if not np.any(wide):
-        return mask
-    from_wide = cv2.distanceTransform(1 - wide, cv2.DIST_L2, 5)
-    return mask * (from_wide > 1.6 * width + 1.0)
-
-
-def _rope_like(
-    mask: UInt8[np.ndarray, "h w"], width: float
-) -> tuple[UInt8[np.ndarray, "h w"], Bool[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-    """Mask without too wide, thin or short regions, its skeleton, and its distance transform."""
-    mask = without_wide_regions(mask, width)
-    radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    kept = stats[:, cv2.CC_STAT_AREA] > 0.7 * MIN_LENGTH_WIDTHS * width * MIN_WIDTH_RATIO * width
-    kept[0] = False
-    mask = kept[labels].view(np.uint8)
-    skeleton = skeletonize(mask.view(bool))
-    on = labels[skeleton]
-    length = np.bincount(on, minlength=count)
-    radius = np.bincount(on, radii[skeleton], minlength=count) / np.maximum(length, 1)
-    kept &= (length > MIN_LENGTH_WIDTHS * width) & (
-        2.0 * radius - 1.0 > MIN_WIDTH_RATIO * width - 0.5
-    )
-    # A component whose skeleton is no longer than it is wide is a blob.
-    kept &= length > 2.0 * MIN_LENGTH_WIDTHS * radius
-    mask = kept[labels].view(np.uint8)
-    return mask, skeleton & (mask > 0), radii

@@ -1,7 +1,8 @@
 """Detection of ropes in a single image of any camera: no calibration, no cell, no rope model.
 
-The foreground is cut into fragments at its crossings, the fragments are joined to ropes by the
-least total bending, and every rope is measured along its axis.
+What a network sees is cut into fragments at its crossings, the fragments are joined to lines by the
+least total bending, every line is measured along its axis, and a judge states the probability that
+it is a rope, and that it is a whole one.
 """
 
 from __future__ import annotations
@@ -16,31 +17,33 @@ from lariat.perception.centerline.ridge import Ridge, extract_ridge
 from lariat.perception.centerline.segmentation import Color, Region
 from lariat.perception.centerline.skeleton import Strand
 from lariat.perception.image.assembly import AssembledRope, assemble
-from lariat.perception.image.color_model import ROPE_LOG_RATIO
+from lariat.perception.image.color_model import color_distance
 from lariat.perception.image.contrast import could_be_shadow
 from lariat.perception.image.flanks import center_between_flanks
 from lariat.perception.image.foreground import Foreground, find_foregrounds
 from lariat.perception.image.fragments import cut_fragments
 from lariat.perception.image.layers import Crossing, RopeBand, layer_ropes
 from lariat.perception.image.p_wrong import (
+    DOUBTFUL,
     ImageFeatures,
     RopeFeatures,
     ambiguity_of_margin,
-    believed,
     image_features,
     p_wrong,
+    reported,
 )
-from lariat.perception.image.proposals import color_distance
 from lariat.perception.image.width import width_from_radii
 
 MIN_IMAGE_SIDE = 48
 """Least shorter side of an image [pixels]."""
 LIKENESS_PER_LOG_RATIO = 31.0
 """Likeness per unit of the log likelihood ratio."""
-HOPELESS_P_WRONG = 0.9
-"""Doubt from which another way of finding the foreground is tried."""
-SURE_LOG_ODDS = 1.0
-"""Log odds of the network from which it sees a rope for sure [-]."""
+MAX_FRAGMENT_COUNT = 160
+"""Number of fragments that are joined to lines, the longest: it bounds the time."""
+SURE_LOG_ODDS = 2.0
+"""Log odds from which a rope is seen for sure [-]."""
+STRAIGHTNESS_FLOOR = 0.03
+"""Distance from a straight line below which a line is as straight as any [lengths]."""
 SIDE_OFFSET = 3.0
 """Distance from a flank at which the side of a rope is sampled [pixels]."""
 TIP_REACH_WIDTHS = 1.0
@@ -51,10 +54,8 @@ MIN_LENGTH_WIDTHS = 6.0
 """Least length of a rope [rope widths]."""
 MAX_COLOR_DISTANCE = 34.0
 """Distance from the wanted colour up to which a pixel has it [Lab]."""
-MIN_COLOR_SHARE = 0.4
+MIN_COLOR_SHARE = 0.35
 """Least share of a rope's axis that has the wanted colour [-]; a striped rope has it in parts."""
-MIN_RELATIVE_WIDTH = 0.35
-"""Least width of a rope, relative to that of the rope that covers most of the image [-]."""
 MIN_RELATIVE_LENGTH = 0.06
 """Least length of a rope, relative to the image's longer side."""
 
@@ -83,7 +84,7 @@ class Detection:
     """Ropes in an image."""
 
     ropes: list[DetectedRope]
-    """Ropes, longest first."""
+    """Ropes, longest first; none where nothing looks like one."""
     crossings: list[Crossing]
     """Places where two of the ropes cross."""
     labels: UInt8[np.ndarray, "h w"]
@@ -92,29 +93,31 @@ class Detection:
     """Likeness of every pixel to a rope; 128 separates ropes and background."""
     features: ImageFeatures
     """Evidence that `p_wrong` rests on."""
+    left_out: int
+    """Number of pieces that were left out because there are too many; 0 where all were followed."""
 
     @property
     def p_wrong(self) -> float:
         """Probability that a rope is missing, too much, or wrong, 0..1."""
         # The answer is right only if each of its ropes is.
-        return max(p_wrong(self.features), *(rope.p_wrong for rope in self.ropes))
+        return max(p_wrong(self.features), *(rope.p_wrong for rope in self.ropes), 0.0)
 
     @property
     def shadow(self) -> float:
         """Largest share of a rope that could be a shadow: the colours of its sides, darker."""
-        return max(rope.features.shadow for rope in self.ropes)
+        return max((rope.features.shadow for rope in self.ropes), default=0.0)
 
 
 @dataclass(frozen=True)
-class RopeCandidates:
-    """All that may be a rope in a foreground, in the pixels of the foreground."""
+class Candidates:
+    """All lines in a foreground, in the pixels of the foreground."""
 
-    ropes: list[DetectedRope]
-    """Ropes, longest first."""
-    shares: list[float]
-    """Share of the skeleton that each of them explains, 0..1."""
+    lines: list[DetectedRope]
+    """Lines, longest first."""
     fragment_count: int
     """Number of fragments of the skeleton."""
+    left_out: int
+    """Number of fragments that were left out."""
     lab: Float32[np.ndarray, "h w 3"]
     """Slightly smoothed image in Lab."""
     likeness: UInt8[np.ndarray, "h w"]
@@ -129,7 +132,7 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
         rope_color: Colour of the ropes; None: all that stand out.
 
     Raises:
-        ValueError: Nothing in the image looks like a rope.
+        ValueError: The image has too few pixels.
     """
     if min(color.shape[:2]) < MIN_IMAGE_SIDE:
         raise ValueError(
@@ -137,66 +140,74 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
             f"at least {MIN_IMAGE_SIDE} x {MIN_IMAGE_SIDE}"
         )
     wanted = None if rope_color is None else _to_lab(rope_color)
-    best: Detection | None = None
-    for foreground in find_foregrounds(color, rope_color):
-        candidates = measure_candidates(foreground, wanted)
-        if candidates is None:
-            continue
-        found = _detection((color.shape[1], color.shape[0]), candidates, foreground)
-        if best is None or found.p_wrong < best.p_wrong:
-            best = found
-        if best.p_wrong < HOPELESS_P_WRONG:
-            break
-    if best is not None:
-        return best
-    if rope_color is None:
-        raise ValueError(
-            "nothing in the image is long, thin and distinct from both of its sides; give the "
-            "rope's colour, or an image in which it is larger or contrasts more with the table"
-        )
-    raise ValueError(
-        f"nothing of the colour {list(rope_color)} in the image is long, thin and distinct from "
-        "both of its sides; take a colour from the image itself, or give none"
-    )
+    found = [
+        judged(foreground, measure_candidates(foreground, wanted), color.shape[1::-1])
+        for foreground in find_foregrounds(color, wanted)
+    ]
+    if not found:
+        nothing = np.zeros(color.shape[:2], np.uint8)
+        return Detection([], [], nothing, nothing, image_features([], [], 0, 0.0), 0)
+    # A colour adds what the network does not see, or grounds of the same colour.
+    return max(found, key=lambda d: (sum(r.p_wrong < DOUBTFUL for r in d.ropes), len(d.ropes) > 0))
 
 
 def measure_candidates(
     foreground: Foreground, wanted: Float64[np.ndarray, "3"] | None = None
-) -> RopeCandidates | None:
-    """Return all that may be a rope in a foreground; None when everything is too short.
+) -> Candidates:
+    """Return all lines in a foreground that are long enough for a rope.
 
     Args:
         foreground: Foreground of an image.
         wanted: Colour of the ropes in Lab; None: any.
     """
-    rope = foreground.rope
-    smooth = cv2.GaussianBlur(foreground.lab, (0, 0), max(0.5, 0.2 * rope.width))
-    smooth = smooth.astype(np.float32)
-    fragments = cut_fragments(rope.skeleton, foreground.radii, smooth, rope.width)
-    assembled = assemble(fragments, rope.mask, foreground.ground, rope.width)
-    least = max(MIN_LENGTH_WIDTHS * rope.width, MIN_RELATIVE_LENGTH * max(rope.mask.shape))
+    mask, width = foreground.mask, foreground.width
+    smooth = cv2.GaussianBlur(foreground.lab, (0, 0), max(0.5, 0.2 * width)).astype(np.float32)
+    every = cut_fragments(foreground.skeleton, foreground.radii, smooth, width)
+    fragments = sorted(every, key=lambda f: -len(f.points))[:MAX_FRAGMENT_COUNT]
+    assembled = assemble(fragments, mask, foreground.ground, width)
+    least = max(MIN_LENGTH_WIDTHS * width, MIN_RELATIVE_LENGTH * max(mask.shape))
     kept = [r for r in assembled if len(r.points) > least]
     if wanted is not None:
         kept = [r for r in kept if _has_color(r, foreground.lab, wanted)]
-    if not kept:
-        return None
-    likeness = 128.0 + LIKENESS_PER_LOG_RATIO * (rope.likelihood - ROPE_LOG_RATIO)
+    likeness = 128.0 + LIKENESS_PER_LOG_RATIO * foreground.likelihood
     likeness = np.clip(likeness, 0.0, 255.0).astype(np.uint8)
     # Likeness outside the mask and its margin must not attract the sub-pixel lines.
-    likeness *= cv2.dilate(rope.mask, np.ones((5, 5), np.uint8))
+    likeness *= cv2.dilate(mask, np.ones((5, 5), np.uint8))
     lab = cv2.GaussianBlur(foreground.lab, (0, 0), 0.7).astype(np.float32)
-    total = sum(len(r.points) for r in (kept if wanted is not None else assembled))
-    ropes = [_measured(foreground, lab, likeness, r) for r in kept]
-    # Joints of tiles and seams are as long as ropes, but not as wide.
-    main = max(range(len(kept)), key=lambda k: len(kept[k].points) * ropes[k].width)
-    wide = [k for k, r in enumerate(ropes) if r.width > MIN_RELATIVE_WIDTH * ropes[main].width]
-    return RopeCandidates(
-        [ropes[k] for k in wide],
-        [len(kept[k].points) / total for k in wide],
-        len(fragments),
-        lab,
-        likeness,
+    lines = [_measured(foreground, lab, likeness, r) for r in kept]
+    return Candidates(lines, len(fragments), len(every) - len(fragments), lab, likeness)
+
+
+def judged(foreground: Foreground, found: Candidates, size: tuple[int, int]) -> Detection:
+    """Return the ropes among the lines of a foreground, in the pixels of the whole image.
+
+    Args:
+        foreground: Foreground of the image.
+        found: Its lines.
+        size: Width and height of the whole image.
+    """
+    kept = reported([line.features for line in found.lines])
+    ropes = [found.lines[k] for k in kept]
+    others = [line.features for k, line in enumerate(found.lines) if k not in kept]
+    labels, crossings = label_ropes(ropes, found.lab)
+    missing = missing_area(foreground, labels)
+    features = image_features([r.features for r in ropes], others, found.fragment_count, missing)
+    scale = size[0] / labels.shape[1]
+    return Detection(
+        [_scaled(r, scale) for r in ropes],
+        [replace(c, position=_scaled_position(c.position, scale)) for c in crossings],
+        np.asarray(cv2.resize(labels, size, interpolation=cv2.INTER_NEAREST), np.uint8),
+        np.asarray(cv2.resize(found.likeness, size, interpolation=cv2.INTER_LINEAR), np.uint8),
+        features,
+        foreground.left_out + found.left_out,
     )
+
+
+def missing_area(foreground: Foreground, labels: UInt8[np.ndarray, "h w"]) -> float:
+    """Return the area that is surely seen beside the ropes [squared rope widths]."""
+    beside = cv2.dilate(labels, np.ones((5, 5), np.uint8)) == 0
+    area = np.count_nonzero(beside & (foreground.log_odds > SURE_LOG_ODDS))
+    return area / foreground.width**2
 
 
 def label_ropes(
@@ -214,44 +225,6 @@ def label_ropes(
     return layer_ropes(bands, lab)
 
 
-def seen_shares(
-    log_odds: Float32[np.ndarray, "h w"], labels: UInt8[np.ndarray, "h w"], count: int
-) -> Float64[np.ndarray, "m"]:
-    """Return the shares of what the network sees for sure: of no rope, and of each rope.
-
-    Args:
-        log_odds: The network's log odds of every pixel.
-        labels: Rope that each pixel shows, counted from 1.
-        count: Number of ropes.
-    """
-    near = cv2.dilate(labels, np.ones((5, 5), np.uint8))[log_odds > SURE_LOG_ODDS]
-    return np.bincount(near, minlength=count + 1) / max(len(near), 1)
-
-
-def _detection(
-    size: tuple[int, int], candidates: RopeCandidates, foreground: Foreground
-) -> Detection:
-    """Credible ropes among candidates, in the pixels of the whole image."""
-    credible = believed([r.features for r in candidates.ropes])
-    ropes = [candidates.ropes[k] for k in credible]
-    labels, crossings = label_ropes(ropes, candidates.lab)
-    scale = size[0] / labels.shape[1]
-    features = image_features(
-        [r.features for r in ropes],
-        sum(candidates.shares[k] for k in credible),
-        candidates.fragment_count,
-        foreground.by_color,
-        float(seen_shares(foreground.log_odds, labels, len(ropes))[0]),
-    )
-    return Detection(
-        [_scaled(r, scale) for r in ropes],
-        [replace(c, position=_scaled_position(c.position, scale)) for c in crossings],
-        cv2.resize(labels, size, interpolation=cv2.INTER_NEAREST),
-        cv2.resize(candidates.likeness, size, interpolation=cv2.INTER_LINEAR),
-        features,
-    )
-
-
 def _rope_features(
     found: AssembledRope,
     lab: Float32[np.ndarray, "h w 3"],
@@ -259,14 +232,20 @@ def _rope_features(
     width: float,
     radii: Float32[np.ndarray, "k"],
     log_odds: Float32[np.ndarray, "k"],
+    usual_width: float,
 ) -> RopeFeatures:
-    here = _sampled(lab, line.pixels[line.clear])
-    contrasts, shadows = [], []
+    clear = line.clear if np.any(line.clear) else np.ones(len(line.clear), bool)
+    pixels = line.pixels[clear]
+    here = _sampled(lab, pixels)
+    contrasts, shadows, sides = [], [], []
     for sign in (-1.0, 1.0):
-        offset = sign * (width / 2.0 + SIDE_OFFSET) * line.normals[line.clear]
-        beside = _sampled(lab, line.pixels[line.clear] + offset)
+        beside = _sampled(lab, pixels + sign * (width / 2.0 + SIDE_OFFSET) * line.normals[clear])
         contrasts.append(float(np.median(np.linalg.norm(here - beside, axis=1))))
         shadows.append(float(np.mean(could_be_shadow(here, beside))))
+        sides.append(beside)
+    step = float(np.median(np.linalg.norm(sides[0] - sides[1], axis=1)))
+    size = np.array(lab.shape[1::-1]) - 1.0
+    from_border = np.minimum(line.pixels, size - line.pixels).min(axis=1)
     return RopeFeatures(
         length=float(np.log(len(found.points) / width)),
         unevenness=float(np.std(radii) / np.mean(radii)),
@@ -278,7 +257,17 @@ def _rope_features(
         shadow=max(shadows),
         unseen=-float(np.mean(log_odds)),
         narrowing=abs(float(np.log(width / width_from_radii(radii)))),
+        straightness=-float(np.log(STRAIGHTNESS_FLOOR + _bend(line.pixels))),
+        step=float(np.log((1.0 + step) / (1.0 + min(contrasts)))),
+        at_border=float(np.mean(from_border < width)),
+        relative_width=float(np.log(width / usual_width)),
     )
+
+
+def _bend(pixels: Float64[np.ndarray, "k 2"]) -> float:
+    """Mean distance of a line from the straight one nearest to it, relative to its length [-]."""
+    spread = np.linalg.svd(pixels - pixels.mean(axis=0), compute_uv=False)
+    return float(spread[1]) / len(pixels) ** 1.5
 
 
 def _sampled(
@@ -308,8 +297,8 @@ def _measured(
     seen = np.rint(found.points[found.clear]).astype(int)
     radii = foreground.radii[seen[:, 1], seen[:, 0]]
     width = width_from_radii(radii)
-    points, clear = _to_tips(found, foreground.rope.mask, width)
-    region, no_depth = Region(likeness, foreground.rope.mask, 0, 0), np.zeros((1, 1), np.uint16)
+    points, clear = _to_tips(found, foreground.mask, width)
+    region, no_depth = Region(likeness, foreground.mask, 0, 0), np.zeros((1, 1), np.uint16)
     line = extract_ridge(Strand(points, clear), region, no_depth, width)
     axis, width = center_between_flanks(
         smooth, foreground.evidence, line.pixels, line.normals, line.clear, width
@@ -317,7 +306,7 @@ def _measured(
     line = replace(line, pixels=axis)
     red, green, blue = np.median(foreground.image[seen[:, 1], seen[:, 0]], axis=0)
     log_odds = foreground.log_odds[seen[:, 1], seen[:, 0]]
-    features = _rope_features(found, smooth, line, width, radii, log_odds)
+    features = _rope_features(found, smooth, line, width, radii, log_odds, foreground.width)
     return DetectedRope((int(red), int(green), int(blue)), width, [line], features)
 
 

@@ -1,12 +1,10 @@
 """Foreground of an image: all pixels that show a rope, of whatever colour.
 
-A network tells them; where its answer is doubtful, so do contrast and colour. Each way is measured
-in an image of sufficient resolution, and each is judged by what the network sees.
+A network tells them; where it is unsure, the colours of what it sees for sure help.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -14,46 +12,38 @@ import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8
 from skimage.morphology import skeletonize
 
-from lariat.perception.centerline.segmentation import Color
 from lariat.perception.image.color_model import (
-    ROPE_LOG_RATIO,
+    color_distance,
     histogram_cells,
     log_likelihood_ratio,
     without_shadow,
-    without_wide_regions,
-)
-from lariat.perception.image.contrast import RopeMask
-from lariat.perception.image.ground import stand_out
-from lariat.perception.image.kinds import (
-    Kind,
-    kinds_anywhere,
-    kinds_on_ground,
-    long_enough,
-    usual_width,
 )
 from lariat.perception.image.network import rope_log_odds
-from lariat.perception.image.width import width_from_radii
+from lariat.perception.image.width import usual_width, width_from_radii
 
-SEARCH_SIDE = 480
-"""Longer side of the image in which contrast and colours are searched for ropes [pixels]."""
-MEASUREMENT_SIDE = 1000
-"""Longer side of the image in which ropes are measured, if they are wide enough there [pixels]."""
-MEASUREMENT_WIDTH = 6.0
-"""Width of a rope that is sufficient for its measurement [pixels]."""
+MAX_PIXEL_COUNT = 500_000
+"""Number of pixels to which a larger image is shrunk."""
 MAX_HOLE_AREA = 0.8
 """Area up to which a hole in the foreground is filled [squared rope widths]."""
 MAX_GROUND_SHARE = 0.3
 """Share of a hole that surely shows no rope from which it is not filled [-]."""
 MIN_PIECE_LENGTH = 0.04
-"""Least extent of a piece that the network finds, as a share of the image's longer side."""
+"""Least extent of a piece, as a share of the image's longer side."""
 MIN_PIECE_WIDTHS = 2.0
 """The same in rope widths."""
+MAX_PIECE_COUNT = 80
+"""Number of pieces that are kept, the longest: grain and print have hundreds."""
+ADDED_LOG_ODDS = 1.0
+"""Addition to the network's log odds [-]: on real grounds it sees less than there is."""
 MAX_LOG_ODDS = 4.0
-"""Limit of the network's log odds [-]."""
+"""Limit of the log odds [-]."""
 PERHAPS_LOG_ODDS = -2.0
-"""Log odds of the network above which a pixel is no example of the background [-]."""
+"""Log odds above which a pixel is no example of the background [-]."""
 COLOR_WEIGHT = 2.0
-"""Weight of the log likelihood ratio of colours beside the network's log odds [-]."""
+"""Weight of the log likelihood ratio of colours beside the log odds [-]."""
+SAME_COLOR_DISTANCE, COLOR_DISTANCE_SCALE = 20.0, 5.0
+"""Distance from a given colour at which a pixel has it as likely as not, and that which changes the
+log odds by one [Lab]."""
 EDGE_LOG_ODDS = 0.5
 """Mean of both at the edge of a rope [-]: pixels beside it have its colours, mixed with others."""
 
@@ -66,137 +56,106 @@ class Foreground:
     """Red, green, blue."""
     lab: UInt8[np.ndarray, "h w 3"]
     """The same in Lab, as OpenCV scales it."""
-    rope: RopeMask
-    """Mask of all ropes."""
+    mask: UInt8[np.ndarray, "h w"]
+    """1 at pixels of ropes."""
+    skeleton: Bool[np.ndarray, "h w"]
+    """Skeleton of the mask."""
+    width: float
+    """Width of most of the ropes [pixels]."""
     radii: Float32[np.ndarray, "h w"]
     """Distance of every pixel of the mask from its outside [pixels]."""
     log_odds: Float32[np.ndarray, "h w"]
-    """The network's log odds of every pixel, limited to `MAX_LOG_ODDS`."""
+    """Log odds that a pixel shows a rope, as the network tells, limited to `MAX_LOG_ODDS`."""
+    likelihood: Float32[np.ndarray, "h w"]
+    """The same with the evidence of colours; zero at the edge of the mask."""
     evidence: Float32[np.ndarray, "h w"]
-    """Log odds that a pixel shows a rope, on which its edge is measured; zero at the edge."""
+    """The same on which a rope's edge is measured; zero at the edge of a rope."""
     ground: UInt8[np.ndarray, "h w"]
-    """1 where surely no rope is seen, as the network tells; 0 everywhere in other ways."""
-    by_color: bool
-    """Whether it is what has the colours of proposals, whatever the ground is."""
+    """1 where surely no rope is seen."""
+    left_out: int
+    """Number of shorter pieces that were left out."""
 
 
 def find_foregrounds(
-    color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = None
-) -> Iterator[Foreground]:
-    """Yield foregrounds of an image, the most likely way of finding one first.
+    color: UInt8[np.ndarray, "h w 3"], wanted: Float64[np.ndarray, "3"] | None = None
+) -> list[Foreground]:
+    """Return the foreground of an image, and the one with what has a given colour added.
 
-    What the network sees comes first, then what stands out from the ground, then what has the
-    colours of proposals. With a colour, everything is still foreground at first: other ropes are
-    then bridged, not followed.
+    There is none where nothing in the image is long.
 
     Args:
         color: Red, green, blue.
-        rope_color: Colour of the ropes; None: any.
+        wanted: Colour of the ropes in Lab; None: any.
     """
-    image = _shrunk(color, MEASUREMENT_SIDE)
-    log_odds = np.clip(rope_log_odds(image), -MAX_LOG_ODDS, MAX_LOG_ODDS)
-    found = _seen(image, log_odds)
-    if found is not None:
-        yield found
-    lab = _to_lab(_shrunk(color, SEARCH_SIDE))
-    out = stand_out(lab)
-    found = None if out is None else _measured(color, lab, kinds_on_ground(lab, out), log_odds)
-    if found is not None:
-        yield found
-    for wanted in (None,) if rope_color is None else (None, _lab_of(rope_color)):
-        kinds = kinds_anywhere(lab, wanted)
-        found = _measured(color, lab, kinds, log_odds, by_color=True)
-        if found is not None:
-            yield found
-
-
-def _seen(
-    image: UInt8[np.ndarray, "h w 3"], log_odds: Float32[np.ndarray, "h w"]
-) -> Foreground | None:
-    """What the network sees, where it is unsure with the help of colours; None if nothing long."""
-    mask = (log_odds > 0.0).view(np.uint8)
-    if not np.any(mask):
-        return None
-    width = usual_width(mask)
-    mask = _long_pieces(mask, width)
-    if not np.any(mask):
-        return None
-    perhaps = np.maximum(mask, (log_odds > PERHAPS_LOG_ODDS).view(np.uint8))
-    lab = _to_lab(image)
-    # The network takes part of a shadow for the rope that throws it.
-    lit = without_shadow(lab, mask, width)
-    ratio = log_likelihood_ratio(histogram_cells(lab), lit if np.any(lit) else mask, perhaps, width)
-    likelihood = log_odds + COLOR_WEIGHT * ratio
-    mask = _long_pieces((likelihood > 0.0).view(np.uint8), width)
-    # What colours add makes the mask whole, but also wider.
-    evidence = log_odds + 0.5 * COLOR_WEIGHT * ratio - EDGE_LOG_ODDS
-    ground = (log_odds < PERHAPS_LOG_ODDS).view(np.uint8)
-    return _foreground(image, likelihood + ROPE_LOG_RATIO, mask, width, log_odds, evidence, ground)
-
-
-def _long_pieces(mask: UInt8[np.ndarray, "h w"], width: float) -> UInt8[np.ndarray, "h w"]:
-    return long_enough(mask, max(MIN_PIECE_LENGTH * max(mask.shape), MIN_PIECE_WIDTHS * width))
-
-
-def _measured(
-    color: UInt8[np.ndarray, "h w 3"],
-    small: UInt8[np.ndarray, "i j 3"],
-    kinds: list[Kind],
-    log_odds: Float32[np.ndarray, "k l"],
-    by_color: bool = False,
-) -> Foreground | None:
-    """Foreground of an image, with the colours of kinds found in a smaller one."""
-    if not kinds:
-        return None
-    longer = max(color.shape[:2])
-    narrowest = min(k.rope.width for k in kinds) * longer / max(small.shape[:2])
-    enough = round(longer * min(1.0, MEASUREMENT_WIDTH / narrowest))
-    image = _shrunk(color, max(MEASUREMENT_SIDE, enough))
-    size = (image.shape[1], image.shape[0])
-    scale = size[0] / small.shape[1]
-    cells = histogram_cells(_to_lab(image))
-    pieces = [cv2.resize(k.rope.mask, size, interpolation=cv2.INTER_NEAREST) for k in kinds]
-    every = np.bitwise_or.reduce(pieces)
-    likelihood = np.full(every.shape, -np.inf, np.float32)
-    mask = np.zeros_like(every)
-    for kind, piece in zip(kinds, pieces, strict=True):
-        width = kind.rope.width * scale
-        own = log_likelihood_ratio(cells, piece, every, width)
-        likelihood = np.maximum(likelihood, own)
-        mask |= without_wide_regions((own > ROPE_LOG_RATIO).view(np.uint8), width)
-    # A pixel of a component that no kind has touched is of a colour by chance.
-    count, labels = cv2.connectedComponents(mask, connectivity=8)
-    touched = np.bincount(labels[every > 0], minlength=count)
-    area = np.bincount(labels.ravel(), minlength=count)
-    kept = touched > 0.3 * area
-    kept[0] = False
-    width = min(k.rope.width for k in kinds) * scale
-    seen = cv2.resize(log_odds, size, interpolation=cv2.INTER_LINEAR)
-    mask = kept[labels].view(np.uint8)
-    evidence = likelihood - ROPE_LOG_RATIO
-    ground = np.zeros_like(mask)
-    return _foreground(image, likelihood, mask, width, seen, evidence, ground, by_color)
+    scale = min(1.0, (MAX_PIXEL_COUNT / (color.shape[0] * color.shape[1])) ** 0.5)
+    size = tuple(max(1, round(scale * n)) for n in color.shape[1::-1])
+    image = color if scale == 1.0 else cv2.resize(color, size, interpolation=cv2.INTER_AREA)
+    image = np.asarray(image, np.uint8)
+    lab = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2LAB), np.uint8)
+    every = [rope_log_odds(image) + ADDED_LOG_ODDS]
+    if wanted is not None:
+        told = (SAME_COLOR_DISTANCE - color_distance(lab, wanted)) / COLOR_DISTANCE_SCALE
+        every.append(np.maximum(every[0], told))
+    limited = [np.clip(odds, -MAX_LOG_ODDS, MAX_LOG_ODDS).astype(np.float32) for odds in every]
+    found = [_foreground(image, lab, odds) for odds in limited]
+    return [f for f in found if f is not None]
 
 
 def _foreground(
     image: UInt8[np.ndarray, "h w 3"],
-    likelihood: Float32[np.ndarray, "h w"],
-    mask: UInt8[np.ndarray, "h w"],
-    width: float,
+    lab: UInt8[np.ndarray, "h w 3"],
     log_odds: Float32[np.ndarray, "h w"],
-    evidence: Float32[np.ndarray, "h w"],
-    ground: UInt8[np.ndarray, "h w"],
-    by_color: bool = False,
 ) -> Foreground | None:
+    mask = (log_odds > 0.0).view(np.uint8)
     if not np.any(mask):
         return None
+    width = usual_width(mask)
+    mask, _ = _long_pieces(mask, width)
+    if not np.any(mask):
+        return None
+    perhaps = np.maximum(mask, (log_odds > PERHAPS_LOG_ODDS).view(np.uint8))
+    # The network takes part of a shadow for the rope that throws it.
+    lit = without_shadow(lab, mask, width)
+    ratio = log_likelihood_ratio(histogram_cells(lab), lit if np.any(lit) else mask, perhaps, width)
+    likelihood = log_odds + COLOR_WEIGHT * ratio
+    mask, left_out = _long_pieces((likelihood > 0.0).view(np.uint8), width)
+    ground = (log_odds < PERHAPS_LOG_ODDS).view(np.uint8)
     mask = _without_holes(mask, ground, width)
-    radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
     skeleton = _skeleton_to_border(mask, width)
     if not np.any(skeleton):
         return None
-    rope = RopeMask(likelihood, mask, skeleton, width_from_radii(radii[skeleton]))
-    return Foreground(image, _to_lab(image), rope, radii, log_odds, evidence, ground, by_color)
+    radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
+    # What colours add makes the mask whole, but also wider.
+    evidence = log_odds + 0.5 * COLOR_WEIGHT * ratio - EDGE_LOG_ODDS
+    width = width_from_radii(radii[skeleton])
+    return Foreground(
+        image,
+        lab,
+        mask,
+        skeleton,
+        width,
+        radii,
+        log_odds,
+        likelihood,
+        evidence,
+        ground,
+        left_out,
+    )
+
+
+def _long_pieces(
+    mask: UInt8[np.ndarray, "h w"], width: float
+) -> tuple[UInt8[np.ndarray, "h w"], int]:
+    """Longest pieces of a mask, and the number of others that are long enough."""
+    least = max(MIN_PIECE_LENGTH * max(mask.shape), MIN_PIECE_WIDTHS * width)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    extent = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
+    extent[0] = 0.0
+    enough = np.flatnonzero(extent > least)
+    chosen = enough[np.argsort(-extent[enough], kind="stable")][:MAX_PIECE_COUNT]
+    kept = np.zeros(len(stats), np.uint8)
+    kept[chosen] = 1
+    return kept[labels], len(enough) - len(chosen)
 
 
 def _skeleton_to_border(mask: UInt8[np.ndarray, "h w"], width: float) -> Bool[np.ndarray, "h w"]:
@@ -217,19 +176,3 @@ def _without_holes(
     small = (area < MAX_HOLE_AREA * width**2) & (surely < MAX_GROUND_SHARE * area)
     small[0] = False
     return mask | small[labels].view(np.uint8)
-
-
-def _shrunk(color: UInt8[np.ndarray, "h w 3"], longer: int) -> UInt8[np.ndarray, "h w 3"]:
-    """Image with at most a given longer side [pixels]."""
-    scale = min(1.0, longer / max(color.shape[:2]))
-    if scale == 1.0:
-        return color
-    return cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-
-
-def _to_lab(color: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w 3"]:
-    return cv2.cvtColor(color, cv2.COLOR_RGB2LAB)
-
-
-def _lab_of(color: Color) -> Float64[np.ndarray, "3"]:
-    return _to_lab(np.array([[color]], np.uint8))[0, 0].astype(float)

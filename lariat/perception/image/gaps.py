@@ -44,10 +44,13 @@ def gap_pairs(
         width: Width of the ropes [pixels].
     """
     ends = list(tips)
+    places = np.array([poses[e].position for e in ends]).reshape(-1, 2)
     ranked = []
     for k, a in enumerate(ends):
-        for b in ends[k + 1 :]:
-            if a[0] == b[0]:
+        near = np.linalg.norm(places[k + 1 :] - places[k], axis=1) < MAX_GAP_SEARCH_WIDTHS * width
+        at_border = _at_border(tips[a], mask.shape, width)
+        for b, close in zip(ends[k + 1 :], near.tolist(), strict=True):
+            if a[0] == b[0] or not (close or at_border):
                 continue
             limit, total = FREE_END_COST, cost(a, b)
             if _outside(tips[a], poses[a], tips[b], poses[b], mask.shape, width):
@@ -123,9 +126,9 @@ def _outside(
     width: float,
 ) -> bool:
     """Whether the way from one end to another leads a little way outside the image."""
-    high = np.array([shape[1], shape[0]]) - 1.0
-    if any(np.min([p, high - p]) > BORDER_WIDTHS * width for p in (start, stop)):
+    if not (_at_border(start, shape, width) and _at_border(stop, shape, width)):
         return False
+    high = np.array([shape[1], shape[0]]) - 1.0
     way = bridging_cubic(start, leaving, stop, entering)
     if len(way) < 2.0 * width:
         return False
@@ -133,3 +136,8 @@ def _outside(
     # The skeleton ends up to half a width before the border.
     beyond = np.mean(excursion > -BORDER_WIDTHS * width) > 0.99 and np.max(excursion) > 0.0
     return bool(beyond and np.max(excursion) < MAX_EXCURSION_WIDTHS * width)
+
+
+def _at_border(point: Float64[np.ndarray, "2"], shape: tuple[int, ...], width: float) -> bool:
+    high = np.array([shape[1], shape[0]]) - 1.0
+    return bool(np.min([point, high - point]) <= BORDER_WIDTHS * width)

@@ -1,10 +1,10 @@
-"""Doubt: the probability that a rope, or the answer about a whole image, is wrong.
+"""Judge of lines: the probability that a line is no rope, and that an answer is wrong.
 
 Logistic models of what is known without the truth: how sharply ropes bend from one fragment to the
 next, how much worse the next pairing is, how even the width is, how distinct both sides are, and
 whether the network sees the same. The coefficients are fitted by `lariat bench perception instances
---fit` on rendered pictures that nothing else was tuned on, and checked on those of another
-generator (docs/results/perception.md)."""
+--fit` to rendered pictures that nothing else was tuned on and to photographs, and checked on others
+(docs/results/perception.md)."""
 
 from __future__ import annotations
 
@@ -13,42 +13,65 @@ from dataclasses import astuple, dataclass
 import numpy as np
 
 DOUBTFUL = 0.3
-"""Doubt above which an answer is said to be doubtful [-]: below one half, for a wrong rope that is
-believed costs more than a right one that is looked at again."""
+"""Probability of being wrong above which an answer is said to be doubtful [-]: below one half, for
+a wrong rope that is believed costs more than a right one that is looked at again."""
+MAX_P_BACKGROUND = 0.5
+"""Probability of being no rope up to which a line is reported as a rope [-]."""
+MAX_BEST_P_WRONG = 0.5
+"""Least p_wrong of all lines up to which any is reported [-]: grain and print have many lines, none
+of which is likely a whole rope."""
+MIN_RELATIVE_WIDTH = 0.35
+"""Least width of a rope, relative to that of the line that covers most of the image [-]."""
 MAX_MARGIN = 2.0
 """Margin of a pairing above which it is certain [-]."""
 MAX_LOG_ODDS = 6.0
 """Limit of the log odds of a rope among the features of its image [-]."""
-DROPPED_LOG_ODDS = 1.0
-"""Log odds of being wrong above which a rope is dropped [-]."""
-SEEN_LOG_ODDS, SEEN_UNEVENNESS, SEEN_LENGTH = 3.0, 0.2, 40.0
-"""Mean log odds of the network along a rope from which it is kept in any case, if its unevenness is
-below the second [-] or its length above the third [rope widths]: doubtful is then where it leads to
-and how wide it is, not whether it is there."""
-ROPE_COEFFICIENTS = (
-    0.684,
-    -1.2044,
-    18.1525,
-    0.5737,
-    2.9031,
-    2.4671,
-    0.2458,
-    -4.1715,
-    -0.4818,
-    0.4376,
-    7.0739,
+BACKGROUND_COEFFICIENTS = (
+    1.7288,
+    -0.7162,
+    0.2234,
+    0.4055,
+    0.6441,
+    -0.1013,
+    -1.4679,
+    1.9533,
+    0.8573,
+    0.6337,
+    2.6945,
+    2.0630,
+    -0.4175,
+    3.0799,
+    0.6811,
 )
-"""Intercept, and one coefficient for each feature of a rope."""
+"""Intercept, and one coefficient for each feature of a line, of the odds that it is no rope."""
+ROPE_COEFFICIENTS = (
+    1.1129,
+    -0.3024,
+    12.7035,
+    -0.8607,
+    -1.1742,
+    2.3040,
+    -0.9672,
+    5.4591,
+    -0.8284,
+    0.0299,
+    -0.8969,
+    0.4180,
+    0.5543,
+    2.6551,
+    1.4905,
+)
+"""The same of the odds that it is not exactly one whole rope."""
 IMAGE_COEFFICIENTS = (
-    -2.7408,
-    0.5272,
-    0.3216,
-    -1.6343,
-    1.6349,
-    0.8312,
-    -0.722,
-    1.5429,
-    22.9531,
+    0.9133,
+    1.5608,
+    -0.7282,
+    -0.1781,
+    0.6219,
+    1.2307,
+    0.4769,
+    -0.7204,
+    -0.6213,
 )
 """Intercept, and one coefficient for each feature of an image."""
 
@@ -77,6 +100,14 @@ class RopeFeatures:
     """Mean of minus the network's log odds along its axis, limited."""
     narrowing: float
     """Absolute logarithm of its width between the flanks, relative to that of the foreground."""
+    straightness: float
+    """Minus the logarithm of its distance from a straight line, relative to its length."""
+    step: float
+    """Logarithm of the distance of its two sides' colours, relative to its contrast: an edge."""
+    at_border: float
+    """Share of its axis that lies beside the image's border, 0..1."""
+    relative_width: float
+    """Logarithm of its width, relative to that of most of the foreground."""
 
 
 @dataclass(frozen=True)
@@ -84,63 +115,70 @@ class ImageFeatures:
     """What is known of the answer about an image without the truth."""
 
     worst_rope: float
-    """Log odds of the most doubtful rope being wrong, limited."""
+    """Log odds of the most doubtful rope being wrong, limited; 0 without ropes."""
     mean_rope: float
-    """Mean of the log odds of all ropes, limited."""
-    unexplained: float
-    """Share of the skeleton that belongs to no rope, 0..1."""
+    """Mean of the log odds of all ropes, limited; 0 without ropes."""
+    none: float
+    """1 where no rope is reported, else 0."""
+    likeliest_other: float
+    """Log odds of the likeliest of the other lines being a rope, limited."""
     count: float
-    """Logarithm of the number of ropes."""
-    by_color: float
-    """1 where the ropes were found by colours of proposals, whatever the ground is, else 0."""
+    """Logarithm of one plus the number of ropes."""
     pieces: float
     """Logarithm of the number of fragments for each rope."""
     weakest: float
-    """Least contrast of a rope, relative to the largest one [-]."""
+    """Least contrast of a rope, relative to the largest one [-]; 1 without ropes."""
     missing: float
-    """Share of what the network sees that belongs to no rope, 0..1."""
-
-
-def believed(ropes: list[RopeFeatures]) -> list[int]:
-    """Return the indices of the ropes that are kept: all but the incredible, at least one."""
-    odds = [log_odds(r) for r in ropes]
-    seen = [
-        r.unseen < -SEEN_LOG_ODDS
-        and (r.unevenness < SEEN_UNEVENNESS or r.length > np.log(SEEN_LENGTH))
-        for r in ropes
-    ]
-    likely = [k for k, o in enumerate(odds) if o < DROPPED_LOG_ODDS or seen[k]]
-    return likely or [int(np.argmin(odds))]
+    """Logarithm of one plus the area that the network surely sees beside the ropes [widths²]."""
 
 
 def image_features(
-    ropes: list[RopeFeatures],
-    explained: float,
-    fragment_count: int,
-    by_color: bool,
-    missing: float,
+    ropes: list[RopeFeatures], others: list[RopeFeatures], fragment_count: int, missing: float
 ) -> ImageFeatures:
     """Return what is known of the answer about an image.
 
     Args:
-        ropes: Features of its ropes, at least one.
-        explained: Share of the skeleton that belongs to these ropes, 0..1.
+        ropes: Features of its ropes.
+        others: Features of the lines that are no ropes.
         fragment_count: Number of fragments that the skeleton was cut into.
-        by_color: Whether they were found by the colours of proposals.
-        missing: Share of what the network sees that belongs to none of them, 0..1.
+        missing: Area that the network surely sees beside the ropes [squared widths].
     """
-    odds = np.clip([log_odds(r) for r in ropes], -MAX_LOG_ODDS, MAX_LOG_ODDS)
-    contrasts = [r.contrast for r in ropes]
+    odds = [_limited(log_odds(r, ROPE_COEFFICIENTS)) for r in ropes]
+    contrasts = [r.contrast for r in ropes] or [0.0]
+    likeliest = max((-log_odds(r, BACKGROUND_COEFFICIENTS) for r in others), default=-np.inf)
     return ImageFeatures(
-        worst_rope=float(np.max(odds)),
-        mean_rope=float(np.mean(odds)),
-        unexplained=1.0 - explained,
-        count=float(np.log(len(ropes))),
-        by_color=float(by_color),
-        pieces=float(np.log(fragment_count / len(ropes))),
+        worst_rope=max(odds, default=0.0),
+        mean_rope=float(np.mean(odds)) if odds else 0.0,
+        none=float(not ropes),
+        likeliest_other=_limited(likeliest),
+        count=float(np.log1p(len(ropes))),
+        pieces=float(np.log(max(fragment_count, 1) / max(len(ropes), 1))),
         weakest=float(np.exp(min(contrasts) - max(contrasts))),
-        missing=missing,
+        missing=float(np.log1p(missing)),
     )
+
+
+def reported(lines: list[RopeFeatures]) -> list[int]:
+    """Return the indices of the lines that are reported as ropes."""
+    likely = [k for k, line in enumerate(lines) if p_background(line) <= MAX_P_BACKGROUND]
+    wrong = {k: p_wrong(lines[k]) for k in likely}
+    if min(wrong.values(), default=1.0) > MAX_BEST_P_WRONG:
+        return []
+    # Joints of tiles and seams are as long as ropes, but not as wide.
+    main = max((lines[k] for k in likely), key=lambda r: r.length + 2.0 * r.relative_width)
+    least = main.relative_width + np.log(MIN_RELATIVE_WIDTH)
+    return [k for k in likely if lines[k].relative_width > least]
+
+
+def p_background(features: RopeFeatures) -> float:
+    """Return the probability that a line is no rope."""
+    return _logistic(log_odds(features, BACKGROUND_COEFFICIENTS))
+
+
+def p_wrong(features: RopeFeatures | ImageFeatures) -> float:
+    """Return the probability that a rope, or the answer about an image, is wrong."""
+    rope = isinstance(features, RopeFeatures)
+    return _logistic(log_odds(features, ROPE_COEFFICIENTS if rope else IMAGE_COEFFICIENTS))
 
 
 def ambiguity_of_margin(margin: float) -> float:
@@ -148,13 +186,14 @@ def ambiguity_of_margin(margin: float) -> float:
     return float(np.exp(-3.0 * min(margin, MAX_MARGIN)))
 
 
-def log_odds(features: RopeFeatures | ImageFeatures) -> float:
-    """Return the logarithm of the odds that a rope, or the answer about an image, is wrong."""
-    rope = isinstance(features, RopeFeatures)
-    intercept, *slopes = ROPE_COEFFICIENTS if rope else IMAGE_COEFFICIENTS
-    return float(intercept + np.dot(slopes, astuple(features)))
+def log_odds(features: RopeFeatures | ImageFeatures, coefficients: tuple[float, ...]) -> float:
+    """Return the logarithm of the odds of a logistic model."""
+    return float(coefficients[0] + np.dot(coefficients[1:], astuple(features)))
 
 
-def p_wrong(features: RopeFeatures | ImageFeatures) -> float:
-    """Return the probability that a rope, or the answer about an image, is wrong."""
-    return float(1.0 / (1.0 + np.exp(-log_odds(features))))
+def _limited(odds: float) -> float:
+    return float(np.clip(odds, -MAX_LOG_ODDS, MAX_LOG_ODDS))
+
+
+def _logistic(odds: float) -> float:
+    return float(1.0 / (1.0 + np.exp(-odds)))

@@ -22,7 +22,7 @@ COLOR_SIGMA = 25.0
 """Difference of colours that costs one [Lab]."""
 LIGHTNESS_WEIGHT = 0.5
 """Weight of lightness in that difference [-]: it changes with the light along a rope."""
-MAX_EXACT_ENDS = 10
+MAX_EXACT_ENDS = 8
 """Number of ends up to which all pairings are compared; beyond, pairs are chosen greedily."""
 
 EndCost = Callable[[FragmentEnd, FragmentEnd], float]

@@ -1,21 +1,19 @@
-"""Skeleton and width of long thin regions of a mask."""
+"""Width of long thin regions of a mask."""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
-from skimage.morphology import skeletonize
 
 MIN_WIDTH = 1.5
 """Least width that is reported [pixels]."""
 
 
-def measure_width(mask: UInt8[np.ndarray, "h w"]) -> tuple[float, Bool[np.ndarray, "h w"]]:
-    """Return the width of a mask's long thin regions [pixels], and their skeleton."""
-    skeleton = skeletonize(mask.view(bool))
+def usual_width(mask: UInt8[np.ndarray, "h w"]) -> float:
+    """Return the width of most of a mask's area [pixels]."""
     radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
-    return width_from_radii(radii[skeleton]), skeleton
+    return width_of_most_area(radii[ridge(radii)])
 
 
 def ridge(radii: Float32[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:

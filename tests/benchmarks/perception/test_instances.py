@@ -11,8 +11,11 @@ import pytest
 
 from benchmarks.perception.instances import bench
 from benchmarks.perception.instances.calibration import fit_logistic
-from benchmarks.perception.instances.judgement import dice_matrix
+from benchmarks.perception.instances.judgement import dice_matrix, right_lines
 from benchmarks.perception.pictures.generators import tuning_picture
+from lariat.perception.centerline.ridge import Ridge
+from lariat.perception.image.detector import DetectedRope
+from tests.lariat.perception.image.test_p_wrong import SURE
 
 
 def test_dice_matrix_of_shifted_bars() -> None:
@@ -27,7 +30,7 @@ def test_logistic_fit_recovers_the_odds() -> None:
     features = random.normal(size=(20_000, 2)) * [1.0, 5.0]
     odds = -0.5 + features @ [1.2, -0.1]
     wrong = random.random(20_000) < 1.0 / (1.0 + np.exp(-odds))
-    assert np.allclose(fit_logistic(features, wrong), [-0.5, 1.2, -0.1], atol=0.06)
+    assert np.allclose(fit_logistic(features, wrong, np.ones(20_000)), [-0.5, 1.2, -0.1], atol=0.06)
 
 
 def test_labelled_photographs_are_measured(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
@@ -40,6 +43,34 @@ def test_labelled_photographs_are_measured(tmp_path: Path, capsys: pytest.Captur
     assert (row["pictures"], row["count"]) == ("photographs, 1", 1)
     assert row["right_number"] == 1.0
     assert row["dice"] > 0.9
+
+
+def test_photographs_with_a_mask_for_each_cable_are_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    picture = tuning_picture(1, 2, "plain")
+    cv2.imwrite(str(tmp_path / "two_1.png"), picture.color[..., ::-1])
+    for k in (1, 2):
+        mask = np.uint8(255) * (picture.labels == k)
+        cv2.imwrite(str(tmp_path / f"two_1_mask_{k - 1}.png"), mask)
+    assert bench.run(photographs=tmp_path, json=True) == 0
+    (row,) = json.loads(capsys.readouterr().out)["rows"]
+    assert (row["pictures"], row["count"]) == ("photographs, two", 1)
+    assert row["one_line"] == 1.0
+
+
+def test_a_line_that_goes_on_beyond_a_rope_is_not_right() -> None:
+    labels = np.zeros((60, 200), np.uint8)
+    labels[27:34, 20:90] = 1
+    nothing = np.zeros(0)
+
+    def rope(stop: float) -> DetectedRope:
+        pixels = np.stack([np.arange(20.0, stop), np.full(int(stop) - 20, 30.0)], axis=1)
+        return DetectedRope((0, 0, 0), 7.0, [Ridge(pixels, pixels, nothing, nothing)], SURE)
+
+    right, on_rope = right_lines(labels, [rope(90.0), rope(180.0)])
+    assert right.tolist() == [[True, False]]
+    assert on_rope[1] < 0.6
 
 
 def test_folder_without_labels_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

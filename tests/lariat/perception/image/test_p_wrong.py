@@ -1,15 +1,16 @@
-"""Ropes that are kept though where they lead to is doubtful."""
+"""Judge of lines: what is no rope, and what is none that is whole."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from lariat.perception.image.p_wrong import (
-    DROPPED_LOG_ODDS,
-    SEEN_LOG_ODDS,
     RopeFeatures,
-    believed,
-    log_odds,
+    image_features,
+    p_background,
+    p_wrong,
 )
 
 SURE = RopeFeatures(
@@ -19,30 +20,30 @@ SURE = RopeFeatures(
     ambiguity=0.0,
     loose_ends=0.0,
     contrast=4.0,
-    hidden=0.05,
+    hidden=0.02,
     shadow=0.0,
     unseen=-3.9,
     narrowing=0.02,
+    straightness=2.5,
+    step=-2.0,
+    at_border=0.0,
+    relative_width=0.0,
 )
 
 
-def test_a_rope_with_a_doubtful_crossing_is_kept_if_the_network_surely_sees_it() -> None:
-    crossed = replace(SURE, ambiguity=1.0, loose_ends=2.0, worst_pair=1.4)
-    assert log_odds(crossed) > DROPPED_LOG_ODDS
-    assert believed([SURE, crossed]) == [0, 1]
-    assert believed([SURE, replace(crossed, unseen=1.0 - SEEN_LOG_ODDS)]) == [0]
+def test_a_sure_rope_is_no_background_and_right() -> None:
+    assert p_background(SURE) < 0.1
+    assert p_wrong(SURE) < 0.1
 
 
-def test_a_short_uneven_region_is_dropped_though_the_network_sees_it_but_not_a_long_one() -> None:
-    uneven = replace(SURE, unevenness=0.5, loose_ends=1.0, length=3.4)
-    assert log_odds(uneven) > DROPPED_LOG_ODDS
-    assert believed([SURE, uneven]) == [0]
-    assert believed([SURE, replace(uneven, length=4.3)]) == [0, 1]
+@pytest.mark.parametrize("change", [{"at_border": 1.0}, {"contrast": 1.0}, {"straightness": 5.5}])
+def test_edges_and_what_hardly_stands_out_are_likelier_background(change: dict[str, float]) -> None:
+    assert p_background(replace(SURE, **change)) > p_background(SURE)
 
 
-def test_a_short_faint_uneven_piece_is_dropped_but_not_a_long_even_or_clear_one() -> None:
-    edge = replace(SURE, length=3.3, unevenness=0.25, unseen=0.0)
-    assert believed([SURE, edge]) == [0]
-    assert believed([SURE, replace(edge, length=5.0)]) == [0, 1]
-    assert believed([SURE, replace(edge, unevenness=0.15)]) == [0, 1]
-    assert believed([edge]) == [0]
+@pytest.mark.parametrize("change", [{"unevenness": 0.6}, {"loose_ends": 2.0}, {"hidden": 0.4}])
+def test_a_rope_is_doubtful_where_it_is_uneven_cut_or_bridged(change: dict[str, float]) -> None:
+    changed = replace(SURE, **change)
+    assert p_wrong(changed) > 2.0 * p_wrong(SURE)
+    one, other = (p_wrong(image_features([r], [], 1, 0.0)) for r in (SURE, changed))
+    assert other > one

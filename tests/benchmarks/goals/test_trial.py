@@ -7,7 +7,7 @@ from dataclasses import asdict, fields, replace
 
 from benchmarks.conditions import Conditions
 from benchmarks.goals.trial import Trial, TrialSpec, restore, summary
-from stack.simulation.closed_loop import Score
+from stack.simulation.score import Score
 
 SCORE = Score(**{field.name: None for field in fields(Score)})
 REACHED = Trial(

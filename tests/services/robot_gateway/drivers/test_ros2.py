@@ -88,14 +88,13 @@ def test_it_moves_only_once_it_is_enabled(bench: Bench):
 
 def test_it_follows_a_line_within_its_tracking_limit(bench: Bench):
     bench.enable()
-    began, worst, count = time.monotonic(), 0.0, 0
+    began, worst, position = time.monotonic(), 0.0, START.position
     while (t := time.monotonic() - began) < 2.0:
         position = START.position + np.array([0.0, 0.05 * min(t, 1.0), 0.0])
         feedback = bench.step(Pose(position, START.orientation))
         assert feedback.pose is not None
         assert not feedback.fault
         worst = max(worst, float(np.linalg.norm(feedback.pose.position - position)))
-        count += 1
     assert worst < bench.driver.tracking_limit
     end = bench.step(Pose(position, START.orientation)).pose
     assert end is not None

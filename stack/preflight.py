@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.arms.description import with_own_urdfs
 from lariat.configuration import ConfigurationError
 from lariat.geometry import obstacles as geometry
-from lariat.scenario import Scenario, Shape
+from lariat.scenario import SIDES, Scenario, Shape
 
 if TYPE_CHECKING:
     from lariat.control.run.goals import GoalFactory
@@ -30,11 +31,19 @@ class ShapeReport:
 
 
 def check(scenario: Scenario) -> dict[str, ShapeReport]:
-    """Check start, goal and the goals of events.
+    """Check the arms at the start, then start, goal and the goals of events.
 
     Raises:
-        ConfigurationError: The rope at rest would touch an obstacle, or cannot take a shape.
+        ConfigurationError: An arm's description cannot be used or its start is out of reach; the
+            rope at rest would touch an obstacle, or cannot take a shape.
     """
+    if any(scenario.end(side).driver not in ("fixed", "ideal") for side in SIDES):
+        # Imported late: only a cell with such an arm needs Pinocchio.
+        from lariat.arms.installation import start_joints
+
+        described = with_own_urdfs(scenario)
+        for side, start in zip(SIDES, scenario.grips(scenario.start), strict=True):
+            start_joints(described, side, start)
     return {key: _report(scenario, key, shape) for key, shape in _shapes(scenario).items()}
 
 
@@ -68,9 +77,10 @@ def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
         subject = "the rope at rest between its grips" if hangs else given
         region = nearest in {body.name for body in scenario.regions}
         where, what = ("outside of region", "region") if region else ("inside obstacle", "obstacle")
+        lies = "" if region else "; an obstacle with support = true may carry the rope"
         raise ConfigurationError(
             f"{key}: {subject} would be {-1e3 * clearance:.1f} mm {where} {nearest!r}; "
-            f"move the shape or the {what}"
+            f"move the shape or the {what}{lies}"
         )
     return ShapeReport(clearance, nearest)
 

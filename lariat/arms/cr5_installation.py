@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.arms.cr5_kinematics import Kinematics
-from lariat.configuration import ConfigurationError
+from lariat.arms.installation import joints_at
 from lariat.geometry.poses import Pose
 from lariat.scenario import SIDES, Scenario, Side
 from lariat.scenario.placement import base_of, tool_of
@@ -31,12 +31,7 @@ def start_joints(kinematics: Kinematics, start: Pose, side: Side) -> JointDegree
     Raises:
         ConfigurationError: The start is out of reach.
     """
-    joints = kinematics.solve_anywhere(start)
-    if joints is None:
-        raise ConfigurationError(
-            f"ends.{side}: the start grip at {start.position.round(3).tolist()} m is out of the "
-            "CR5's reach; move base_position or turn the tool"
-        )
+    joints = joints_at(kinematics, side, start)
     first, second, third, fourth, fifth, sixth = np.degrees(joints).tolist()
     return first, second, third, fourth, fifth, sixth
 

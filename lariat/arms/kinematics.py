@@ -8,7 +8,9 @@ of the grip's pose and do not drift.
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio  # pyright: ignore[reportMissingImports]  # its wheel lives beside site-packages
@@ -17,6 +19,8 @@ from jaxtyping import Float64
 from lariat.arms.path_kernel import MOST_JOINTS, SPEED_CUTOFF, ArmPath, PathKernel
 from lariat.arms.serial_chain import SerialChain
 from lariat.arms.sphere_cover import Cover, sphere_cover
+from lariat.arms.urdf import MAX_URDF_SIZE
+from lariat.files.bounded_file import read_file
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 
@@ -36,6 +40,11 @@ BRANCH_LIMIT_MARGIN = 0.5
 """Distance from the nearest joint limit below which a branch is worth less [rad]."""
 POSTURE_TOLERANCE = 1e-4
 """Motion towards the posture, without moving the grip, below which it has converged [rad]."""
+
+CONTINUOUS_RANGE = 2.0 * math.pi
+"""Largest angle of a joint without limits, in each direction [rad]."""
+UNSTATED_LIMITS = {"effort": "100", "velocity": "2"}
+"""Torque [N m] and speed [rad/s] of such a joint where its description states none."""
 
 Joints = Float64[np.ndarray, "j"]
 """Joint angles [rad]."""
@@ -339,14 +348,15 @@ def load_arm(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.Geomet
     if not urdf.is_file():
         raise ValueError(f"there is no URDF {urdf}")
     try:
-        model = pinocchio.buildModelFromUrdf(str(urdf))
-        geometry = pinocchio.buildGeomFromUrdf(
+        text = _with_limits(urdf)
+        model = pinocchio.buildModelFromXML(text)
+        geometry = pinocchio.buildGeomFromUrdfString(
             model,
-            str(urdf),
+            text,
             pinocchio.GeometryType.COLLISION,
             package_dirs=[str(folder) for folder in urdf.resolve().parents],
         )
-    except ValueError as error:
+    except (ValueError, ElementTree.ParseError) as error:
         raise ValueError(f"{urdf} cannot be read as a URDF: {error}") from error
     if not model.existFrame(flange):
         links = [f.name for f in model.frames if f.type == pinocchio.FrameType.BODY]
@@ -367,6 +377,20 @@ def load_arm(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.Geomet
                 "between two limits (type revolute)"
             )
     return model, geometry
+
+
+def _with_limits(urdf: Path) -> str:
+    """Text of a URDF in which continuous joints turn twice at most, once in each direction."""
+    robot = ElementTree.fromstring(read_file(urdf, MAX_URDF_SIZE))
+    for joint in robot.iter("joint"):
+        if joint.get("type") == "continuous":
+            joint.set("type", "revolute")
+            limit = joint.find("limit")
+            limit = ElementTree.SubElement(joint, "limit") if limit is None else limit
+            limit.attrib |= {"lower": f"{-CONTINUOUS_RANGE}", "upper": f"{CONTINUOUS_RANGE}"}
+            for name, value in UNSTATED_LIMITS.items():
+                limit.attrib.setdefault(name, value)
+    return ElementTree.tostring(robot, encoding="unicode")
 
 
 def _to_se3(pose: Pose) -> pinocchio.SE3:

@@ -88,4 +88,5 @@ def _axis(model: pinocchio.Model, joint: int) -> Float64[np.ndarray, "3"]:
     angles = np.zeros(model.nq)
     pinocchio.computeJointJacobians(model, data, angles)
     jacobian = pinocchio.getJointJacobian(model, data, joint, pinocchio.ReferenceFrame.LOCAL)
-    return np.array(jacobian[3:, joint - 1])
+    # The jacobian of a single joint has one dimension.
+    return np.reshape(jacobian, (6, -1))[3:, joint - 1].copy()

@@ -58,9 +58,10 @@ def load(path: Path | str) -> Scenario:
     try:
         text = content.decode()
     except UnicodeDecodeError as error:
-        raise ConfigurationError(
-            f"cannot read scenario {path}: it is {kind_of(path)}, not a TOML file"
-        ) from error
+        line = 1 + content[: error.start].count(b"\n")
+        texts = path.suffix == SUFFIX and b"\0" not in content
+        fault = f"line {line} is not UTF-8" if texts else f"it is {kind_of(path)}, not a TOML file"
+        raise ConfigurationError(f"cannot read scenario {path}: {fault}") from error
     named = path.suffix == SUFFIX or path.suffix not in TEXT_KINDS
     source = str(path) if named else f"{path} is {kind_of(path)}"
     return parse(text, folder=path.parent, source=source)

@@ -19,7 +19,7 @@ from lariat.suggestion import did_you_mean_file
 from shared import topics
 from shared.door import Door
 from shared.recording.chunks import MAX_RECORD_SIZE, PlainReader, records_of
-from shared.recording.layout import METADATA_NAME, PROTOBUF, SCENARIO_ATTACHMENT
+from shared.recording.layout import LIBRARY, METADATA_NAME, PROTOBUF, SCENARIO_ATTACHMENT
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION
 
@@ -109,6 +109,11 @@ class Recording:
             elif isinstance(record, mcap_records.Message | mcap_records.DataEnd):
                 break
         return recording
+
+    def _check_origin(self, library: str) -> None:
+        if not library.startswith(LIBRARY):
+            writer = f"by {library!r}" if library else "by a writer without a name"
+            raise ConfigurationError(f"{self.path} was not recorded by Lariat, but {writer}")
 
     def _check_version(self) -> None:
         for key, known in READABLE_VERSIONS.items():
@@ -204,7 +209,7 @@ class Recording:
         Records in chunks are yielded one by one; damaged chunks are skipped.
 
         Raises:
-            ConfigurationError: The file cannot be read or is not MCAP.
+            ConfigurationError: The file cannot be read, is not MCAP, or is another recorder's.
         """
         if self.path.exists() and not self.path.is_file():
             raise ConfigurationError(f"cannot read recording {self.path}: not a regular file")
@@ -242,6 +247,8 @@ class Recording:
                         inner = []
                     yield from inner
                 else:
+                    if isinstance(record, mcap_records.Header):
+                        self._check_origin(record.library)
                     yield record
                 position = stream.tell()
 

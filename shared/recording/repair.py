@@ -8,7 +8,7 @@ from mcap import records
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
-from shared.recording.layout import CHUNK_SIZE, ROBOT_DESCRIPTION_TOPIC
+from shared.recording.layout import CHUNK_SIZE, LIBRARY, ROBOT_DESCRIPTION_TOPIC
 from shared.recording.reader import Recording
 from shared.version import version
 
@@ -31,7 +31,7 @@ def copy_readable(source: Path, target: Path) -> tuple[int, str]:
     count = 0
     with target.open("xb") as stream:
         writer = McapWriter(stream, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD)
-        writer.start(profile="", library=f"lariat {version()}")
+        writer.start(profile="", library=f"{LIBRARY} {version()}")
         for r in recording.records():
             match r:
                 case records.Schema() if r.id not in schemas:

@@ -19,6 +19,7 @@ from shared.cell_description import cell_urdf
 from shared.recording.disk_sync import DiskSync
 from shared.recording.layout import (
     CHUNK_SIZE,
+    LIBRARY,
     METADATA_NAME,
     PROTOBUF,
     ROBOT_DESCRIPTION_SCHEMA,
@@ -75,7 +76,7 @@ class Writer:
         self._flushed = self._synced = self._latest = started
         self._sync_period = sync_period or 0
         self._sync = DiskSync(self._stream.fileno(), path.parent) if sync_period else None
-        self._writer.start(profile="", library=f"lariat {version()}")
+        self._writer.start(profile="", library=f"{LIBRARY} {version()}")
         about = {
             "scenario": scenario.name,
             "version": version(),

@@ -1,12 +1,16 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cli import check
+from cli.__main__ import main
+from lariat.arms.description import CR5_URDF
+from lariat.configuration import ConfigurationError
 from lariat.planning import cell_problem as planning
 from lariat.planning.moving_obstacles import Departure
 from lariat.planning.problem import Problem
@@ -14,6 +18,7 @@ from lariat.planning.shorter_path import stay
 from lariat.scenario import Scenario
 from lariat.scenario.entries import inline
 from lariat.scenario.settings import load_with
+from services.robot_gateway.drivers.factory import drivers_of
 from stack.simulation.rest_shape import rest_shape
 
 
@@ -60,3 +65,25 @@ def test_check_writes_the_nearest_shape_where_no_path_leads_to_the_goal(
     line = load_with(Path("three-cylinders"), ()).start.line
     assert line is not None
     assert left == pytest.approx(line[0], abs=1e-6)
+
+
+@pytest.mark.parametrize("plan", [(), ("--plan",)])
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"urdf": f'"{CR5_URDF}"', "base_position": "[3, 0, 0]"}, "out of the arm's reach"),
+        ({"urdf": '"none.urdf"'}, "none.urdf"),
+        ({"urdf": f'"{CR5_URDF}"', "flange": '"hand"'}, "no link 'hand'"),
+    ],
+    ids=["reach", "file", "flange"],
+)
+def test_check_refuses_what_the_gateway_refuses(
+    changes: dict[str, str], told: str, plan: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    values = {"driver": '"simulated"', "flange": '"link_6"', **changes}
+    settings = [w for k, v in values.items() for w in ("--set", f"ends.right.{k}={v}")]
+    assert main(["check", "fixed-end", *plan, *settings]) == 2
+    assert told in capsys.readouterr().err
+    scenario = load_with("fixed-end", tuple(settings[1::2]))
+    with pytest.raises(ConfigurationError, match=re.escape(told)):
+        drivers_of(scenario, scenario.grips(scenario.start), {}, {})

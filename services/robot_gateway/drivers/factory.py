@@ -90,6 +90,7 @@ def _cr5(scenario: Scenario, side: Side, start: Pose, link: Link | None, emulato
 def _joint_arm(scenario: Scenario, side: Side, start: Pose) -> Driver:
     """Driver of an arm behind `lariat.protocols.Arm`; without an address it is simulated."""
     # Only a cell with such an arm needs Pinocchio.
+    from lariat.arms.installation import joints_at
     from lariat.arms.kinematics import UrdfKinematics
     from services.robot_gateway.drivers.joint_arm import JointArmDriver
 
@@ -109,12 +110,7 @@ def _joint_arm(scenario: Scenario, side: Side, start: Pose) -> Driver:
         kinematics = UrdfKinematics(urdf, flange, base_of(end), tool_of(end))
     except ValueError as error:
         raise ConfigurationError(f"ends.{side}: {error}") from error
-    joints = kinematics.solve_anywhere(start)
-    if joints is None:
-        raise ConfigurationError(
-            f"ends.{side}: the start grip at {start.position.round(3).tolist()} m is out of the "
-            f"reach of {urdf.name}; move base_position or turn the tool"
-        )
+    joints = joints_at(kinematics, side, start)
     kinematics.compile()
     limits = scenario.limits
     setup = ArmSetup(side, end.address, urdf, flange, joints, limits.joint_speed)

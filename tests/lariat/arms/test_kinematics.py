@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio  # pyright: ignore[reportMissingImports]
@@ -146,15 +147,36 @@ def test_what_cannot_be_an_arm_is_refused_by_name(tmp_path: Path):
         UrdfKinematics(tmp_path / "none.urdf", "tool0", BASE, TOOL)
     with pytest.raises(ValueError, match=r"has no link 'flange'; its links are .*tool0"):
         UrdfKinematics(UR5.path, "flange", BASE, TOOL)
-    continuous = tmp_path / "continuous.urdf"
-    continuous.write_text(
+    sliding = tmp_path / "sliding.urdf"
+    sliding.write_text(
         '<robot name="r"><link name="base"/><link name="tool"/><joint name="turn" '
-        'type="continuous"><parent link="base"/><child link="tool"/><axis xyz="0 0 1"/>'
-        "</joint></robot>"
+        'type="prismatic"><parent link="base"/><child link="tool"/><axis xyz="0 0 1"/>'
+        '<limit lower="0" upper="1" effort="1" velocity="1"/></joint></robot>'
     )
     with pytest.raises(ValueError, match=r"joint 'turn' of .* must turn between two limits"):
-        UrdfKinematics(continuous, "tool", BASE, TOOL)
+        UrdfKinematics(sliding, "tool", BASE, TOOL)
     broken = tmp_path / "broken.urdf"
     broken.write_text("<robot")
     with pytest.raises(ValueError, match="cannot be read as a URDF"):
         UrdfKinematics(broken, "tool", BASE, TOOL)
+
+
+def test_a_joint_without_limits_turns_once_in_each_direction(tmp_path: Path):
+    text = UR5.path.read_text()
+    tree = ElementTree.fromstring(text)
+    name = "shoulder_pan_joint"
+    joint = next(j for j in tree.iter("joint") if j.get("name") == name and j.get("type"))
+    joint.set("type", "continuous")
+    joint.remove(joint.find("limit"))
+    for link in tree.iter("link"):
+        for part in [*link.findall("visual"), *link.findall("collision")]:
+            link.remove(part)
+    path = tmp_path / "arm.urdf"
+    path.write_text(ElementTree.tostring(tree, encoding="unicode"))
+    here = Pose(np.zeros(3), poses.IDENTITY)
+    arm = UrdfKinematics(path, UR5.flange, here, here)
+    nominal = UrdfKinematics(UR5.path, UR5.flange, here, here)
+    assert arm.model.upperPositionLimit[0] == pytest.approx(2.0 * np.pi)
+    assert arm.model.lowerPositionLimit[0] == pytest.approx(-2.0 * np.pi)
+    joints = np.array([0.3, -1.0, 1.2, -0.4, 0.5, 0.1])
+    np.testing.assert_allclose(arm.grip(joints).position, nominal.grip(joints).position)

@@ -307,3 +307,10 @@ def test_a_live_plant_is_as_fine_as_real_time_allows_unless_its_nodes_are_given(
     assert scenario.live.plant_rope.node_count == 79
     given = parse(SMALLEST + "[plant.rope]\nnode_count = 200\n", FOLDER)
     assert given.live.plant_rope.node_count == 200
+
+
+def test_a_line_that_is_not_utf8_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "latin.toml"
+    path.write_bytes('name = "a"\ndescription = "Schnür"\n'.encode("latin-1"))
+    with pytest.raises(ConfigurationError, match="line 2 is not UTF-8"):
+        load(path)

@@ -25,8 +25,10 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import Writer as McapWriter
 
 from cli.repair import repair
+from lariat.configuration import ConfigurationError
 from lariat.scenario import Scenario, parse
 from lariat.trajectory import SECOND
 from shared import topics
@@ -336,3 +338,16 @@ def test_compressed_emptiness_is_damage_and_takes_no_minutes(
     assert len(list(recording.messages())) == 200
     assert "damaged" in recording.damage
     assert time.process_time() - begun < 20.0
+
+
+def test_a_file_of_another_recorder_is_refused_by_its_name(tmp_path: Path):
+    path = tmp_path / "other.mcap"
+    with path.open("wb") as stream:
+        writer = McapWriter(stream)
+        writer.start(profile="ros2", library="otherrec 1.0")
+        channel = writer.register_channel("/chatter", "cdr", 0)
+        writer.add_message(channel, 1, b"1234", 1)
+        writer.finish()
+    for verb in (Recording.open, repair):
+        with pytest.raises(ConfigurationError, match="otherrec"):
+            verb(path)

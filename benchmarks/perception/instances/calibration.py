@@ -152,10 +152,10 @@ def cross_validated(samples: list[Sample], weights: list[float]) -> list[Stated]
 def fit_logistic(
     features: Float64[np.ndarray, "n m"],
     wrong: Bool[np.ndarray, "n"],
-    weights: Float64[np.ndarray, "n"],
+    weights: Float64[np.ndarray, "n"] | None = None,
 ) -> tuple[float, ...]:
     """Return intercept and slopes of the log odds of being wrong, by Newton's method."""
-    weights = weights / np.mean(weights)
+    weights = np.ones(len(wrong)) if weights is None else weights / np.mean(weights)
     middle, spread = features.mean(axis=0), features.std(axis=0) + 1e-9
     x = np.column_stack([np.ones(len(features)), (features - middle) / spread])
     penalty = RIDGE * len(features) * np.eye(x.shape[1])

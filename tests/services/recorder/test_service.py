@@ -617,7 +617,7 @@ def test_message_that_cannot_be_drawn_is_recorded_and_refused(
 
 def test_longest_name_of_a_scenario_names_a_recording(tmp_path: Path) -> None:
     scenario = replace(parse(TEXT, tmp_path), name="x" * 100)
-    recorder = build(scenario, "recorder-0", RecorderOptions(tmp_path))
+    recorder = build(scenario, "recorder-0", RecorderOptions(tmp_path, always=True))
     list(recorder.step(Inbox({}, {}), NOW))
     recorder.close()
     assert recorder.note == ""

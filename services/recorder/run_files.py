@@ -2,8 +2,8 @@
 
 Messages wait in the pre-roll. While a run goes on or an arm moves, they pass from there to a file
 in each step; otherwise they leave it by age, and few of them are written to the idle cell's file. A
-recorder that falls behind leaves out images. With `start_up`, the first file holds everything since
-the start, so that a run that begins soon can be replayed from the start of every process.
+recorder that falls behind leaves out images. The first file holds everything since the recorder's
+start, so that a run that begins soon can be replayed from the start of every process.
 
 A file that cannot be written never stops the cell: `failure` gives the reason, and the recorder
 tries again later.

@@ -80,7 +80,7 @@ def test_all_that_was_sent_before_a_signal_is_in_the_file(tmp_path: Path):
     with bus.open(options, "tester", SystemClock()) as cell:
         state = cell.subscribe(topics.RUN_RECORD)
         rope = cell.publisher(topics.ROPE_NODES)
-        recorder = subprocess.Popen([*recorder_command(tmp_path, hub), "--always"])
+        recorder = subprocess.Popen(recorder_command(tmp_path, hub))
         try:
             until(lambda: [item for _, item in state.take() if item.message.recording], 20.0)
             for k in range(600):

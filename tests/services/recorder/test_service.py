@@ -54,7 +54,6 @@ position = [0.0, 0.3, 0.2]
 radius = 0.02
 height = 0.1
 """
-DEFAULTS = parse(TEXT, Path()).recording
 NOW = 1_780_000_000 * SECOND
 
 
@@ -85,7 +84,6 @@ class Cell:
         **recording: float,
     ) -> None:
         scenario = parse(TEXT, folder)
-        recording = {"start_up": 30.0, **recording}
         scenario = replace(scenario, recording=replace(scenario.recording, **recording))
         options = RecorderOptions(folder, always=always, keep=keep)
         self.recorder: RecorderService = build(scenario, "r", options)
@@ -253,19 +251,6 @@ def test_a_run_has_a_pre_roll_and_an_idle_cell_is_recorded_lightly(tmp_path: Pat
     assert [e.parse().id for e in Recording(run).messages(["arm/command"])] == ["kept"]
     about = Recording.open(run).metadata
     assert (about["kind"], about["continues"]) == ("run", idle.name)
-
-
-def test_a_cell_that_has_just_started_is_recorded_lightly_by_default(tmp_path: Path):
-    cell = Cell(tmp_path, start_up=DEFAULTS.start_up)
-    color = topics.CAMERA_COLOR.at("overhead")
-    for _ in range(20):
-        cell.hear(color, IMAGE)
-        cell.live(1.0)
-    cell.recorder.close()
-    (idle,) = tmp_path.glob("*.mcap")
-    assert idle.name.endswith("_idle.mcap")
-    assert stamps(idle, color.key) == []
-    assert len(stamps(idle, "task/state")) == pytest.approx(20, abs=1)
 
 
 def test_requests_of_persons_to_an_idle_cell_are_all_recorded(tmp_path: Path):

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from shared.ros2.router import DEFAULT_ROUTER
+from shared.ros2.router import DEFAULT_ROUTER, environment_domain
 
 
 @dataclass(frozen=True)
@@ -26,5 +26,5 @@ class CameraOptions:
     registered to it (16UC1 or 32FC1), and the CameraInfo of colour."""
     ros2_router: str = DEFAULT_ROUTER
     """Zenoh endpoint of ROS 2's router; where none answers, this process serves one there."""
-    ros2_domain: int = 0
-    """ROS_DOMAIN_ID."""
+    ros2_domain: int = field(default_factory=environment_domain)
+    """Domain of its graph; by default ROS_DOMAIN_ID."""

@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 
-from shared.ros2.router import DEFAULT_ROUTER
-
-
-def _domain() -> int:
-    text = os.environ.get("ROS_DOMAIN_ID", "0")
-    return int(text) if text.isdecimal() else 0
+from shared.ros2.router import DEFAULT_ROUTER, environment_domain
 
 
 @dataclass(frozen=True)
@@ -19,7 +13,7 @@ class Ros2Options:
 
     router: str = DEFAULT_ROUTER
     """Zenoh endpoint of ROS 2's router; where none answers, the node serves one there."""
-    domain: int = field(default_factory=_domain)
+    domain: int = field(default_factory=environment_domain)
     """Domain of the graph; by default ROS_DOMAIN_ID."""
     ros_namespace: str = "/lariat"
     """Namespace of the node and of its topics that are not common to all robots."""

@@ -22,6 +22,7 @@ from lariat.protocols.arm import ArmFacts, ArmReading, ArmSetup, Joints
 from lariat.trajectory import SECOND
 from shared.bus import BusError
 from shared.ros2.node import Node, Publisher, Subscription
+from shared.ros2.router import environment_domain
 from shared.ros2.types import duration, header, ros
 from shared.ros2.wire import Qos
 
@@ -59,6 +60,7 @@ class Ros2Arm:
             ConfigurationError: The address names no controller.
         """
         self._router, self._controller = _address(setup)
+        self._domain = environment_domain()
         self._names = [joint.name for joint in Urdf(setup.urdf).chain(setup.flange)]
         self._side = setup.side
         self._link: _Link | None = None
@@ -112,7 +114,9 @@ class Ros2Arm:
         """Join the graph, as soon as there is a router."""
         while not self._ended.is_set():
             try:
-                node = Node(f"lariat_{self._side}", "/lariat", 0, self._router, serve=False)
+                node = Node(
+                    f"lariat_{self._side}", "/lariat", self._domain, self._router, serve=False
+                )
                 states = node.subscription(
                     "/joint_states", "sensor_msgs/msg/JointState", JOINT_STATES
                 )

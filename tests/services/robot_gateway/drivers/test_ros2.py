@@ -101,6 +101,17 @@ def test_it_follows_a_line_within_its_tracking_limit(bench: Bench):
     np.testing.assert_allclose(end.position, START.position + np.array([0.0, 0.05, 0.0]), atol=1e-3)
 
 
+def test_it_is_in_the_domain_of_the_environment(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
+    elsewhere = Bench()
+    try:
+        until(lambda: elsewhere.step() and elsewhere.arm._link)
+        for _ in range(50):
+            assert elsewhere.step().pose is None
+    finally:
+        elsewhere.close()
+
+
 def test_silence_is_a_lost_link(bench: Bench):
     bench.enable()
     bench.silent = True

@@ -23,10 +23,13 @@ from lariat.shapes import SHAPES, BodyShape, ShapeCode, ShapeName
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 """Orientation of a body that is not rotated."""
-PACKED_WIDTH = 12
-"""Number of columns of `pack`: shape index, position (3), orientation (4), sizes (3), support."""
+PACKED_WIDTH = 13
+"""Number of columns of `pack`: shape index, position (3), orientation (4), sizes (3), support,
+friction."""
 SUPPORT_COLUMN = 11
 """Column of `pack` that is one for supports and zero for other obstacles."""
+FRICTION_COLUMN = 12
+"""Column of `pack` with the coefficient of friction [-]."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ class Obstacle:
     """Outward normal of a half space, in its local frame."""
     support: bool = False
     """Whether the rope may lean on it."""
+    friction: float = 0.0
+    """Coefficient of friction of the rope on it, in `lariat.rod.Rod`; zero for a frictionless body [-]."""
     keep_in: bool = False
     """Whether the rope must stay inside the body, of which the outside is the obstacle. Only the
     rope keeps this rule; grippers and arms may be outside."""
@@ -274,7 +279,7 @@ def chain_clearance(
     return nearest - radius
 
 
-def pack_supports(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"] | None:
+def pack_supports(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 13"] | None:
     """Return the obstacles that the rope may lean on, packed for the rod; None without any.
 
     Args:
@@ -284,21 +289,26 @@ def pack_supports(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"] 
     return pack(supports) if supports else None
 
 
-def pack(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"]:
+def pack(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 13"]:
     """Return one row per obstacle for compiled kernels, columns as in `PACKED_WIDTH`.
 
     The three sizes are those of the table of shapes: half extents, or radius and half height, or a
     normal.
 
     Raises:
-        ValueError: An obstacle is a region to keep in, which the kernels do not know.
+        ValueError: An obstacle is a region to keep in, which the kernels do not know, or a friction
+            is negative or not finite.
     """
     for o in obstacles:
+        if not (o.friction >= 0.0 and math.isfinite(o.friction)):
+            raise ValueError(
+                f"friction of {o.name or o.shape!r} must be zero or more, got {o.friction}; try 0.3"
+            )
         if o.keep_in:
             raise ValueError(f"{o.name!r} is a region to keep in, no body that a rod can touch")
     rows = np.zeros((len(obstacles), PACKED_WIDTH))
     for row, o in zip(rows, obstacles, strict=True):
         row[0] = ShapeCode[o.shape.upper()]
         row[1:4], row[4:8], row[8:11] = o.position, o.orientation, o.packed_sizes
-        row[SUPPORT_COLUMN] = o.support
+        row[SUPPORT_COLUMN], row[FRICTION_COLUMN] = o.support, o.friction
     return rows

@@ -98,7 +98,7 @@ class PaperAdaptation:
         dt: float,
         nodes: Float64[np.ndarray, "n 3"],
         observed: Bool[np.ndarray, "n"],
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+        obstacles: Float64[np.ndarray, "m 13"] | None = None,
     ) -> Float64[np.ndarray, "n 3"]:
         """Change the parameters, lines 14 to 19 of Algorithm 2.
 

@@ -82,7 +82,7 @@ class Problem:
         return tuple(o for o in self.obstacles if o.keep_in)
 
     @property
-    def packed_supports(self) -> Float64[np.ndarray, "m 12"] | None:
+    def packed_supports(self) -> Float64[np.ndarray, "m 13"] | None:
         """Supports as rows of `lariat.geometry.obstacles.pack`; None when there are none."""
         return pack(self.supports) if self.supports else None
 

@@ -136,7 +136,7 @@ class RopeModel:
         state: RodState,
         turns: int,
         grips: tuple[Pose, Pose],
-        supports: Float64[np.ndarray, "m 12"] | None,
+        supports: Float64[np.ndarray, "m 13"] | None,
     ) -> RodState:
         """State at rest to which another one relaxes when turns of twist are added to it."""
         if not turns:

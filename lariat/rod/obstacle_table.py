@@ -8,7 +8,12 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.geometry.obstacles import PACKED_WIDTH, SUPPORT_COLUMN, Obstacle
+from lariat.geometry.obstacles import (
+    FRICTION_COLUMN,
+    PACKED_WIDTH,
+    SUPPORT_COLUMN,
+    Obstacle,
+)
 from lariat.rod.launch.layout import OBSTACLE_WIDTH
 from lariat.shapes import SHAPES, BodyShape, ShapeName
 
@@ -16,7 +21,7 @@ HALF_SPACE_BOUNDING_RADIUS = 1e12
 """Bounding radius that stands for that of a half space, which is unbounded [m]."""
 
 
-def kernel_rows(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 17"]:
+def kernel_rows(packed: Float64[np.ndarray, "m 13"]) -> Float64[np.ndarray, "m 18"]:
     """Return packed obstacles with rotation matrix and bounding radius, columns as in `layout`.
 
     Args:
@@ -30,7 +35,7 @@ def kernel_rows(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 1
 
 
 @lru_cache(maxsize=64)
-def _rows(shape: tuple[int, ...], content: bytes) -> Float64[np.ndarray, "m 17"]:
+def _rows(shape: tuple[int, ...], content: bytes) -> Float64[np.ndarray, "m 18"]:
     """Return the rows; cached, since a controller uses the same scene in every period."""
     packed = np.frombuffer(content).reshape(shape)
     if packed.ndim != 2 or shape[1] != PACKED_WIDTH or not np.all(np.isfinite(packed)):
@@ -45,18 +50,22 @@ def _rows(shape: tuple[int, ...], content: bytes) -> Float64[np.ndarray, "m 17"]
         row[13:16] = source[8:11]
         radius = _shape(source[0])[1].bounding_radius(source[8:11])
         row[16] = min(float(radius), HALF_SPACE_BOUNDING_RADIUS)
+        row[17] = source[FRICTION_COLUMN]
     rows.setflags(write=False)
     return rows
 
 
-def unpack(packed: Float64[np.ndarray, "m 12"]) -> list[Obstacle]:
+def unpack(packed: Float64[np.ndarray, "m 13"]) -> list[Obstacle]:
     """Return the obstacles that `lariat.geometry.pack` packed, without their names."""
     found = []
     for row in np.asarray(packed, float):
         name, shape = _shape(row[0])
         place = tuple(row[1:4]), tuple(row[4:8])
         support = bool(row[SUPPORT_COLUMN])
-        found.append(Obstacle(name, *place, support=support, **shape.unpack(row[8:11])))
+        friction = float(row[FRICTION_COLUMN])
+        found.append(
+            Obstacle(name, *place, support=support, friction=friction, **shape.unpack(row[8:11]))
+        )
     return found
 
 

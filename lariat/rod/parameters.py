@@ -19,7 +19,9 @@ _PROFILE_CODES = {
 }
 """Codes of parameters with one value for each knot, by field of `RodProperties`."""
 _SCALAR_CODES = {
-    code.name.lower(): code for code in ParameterCode if code.name.lower() not in _PROFILE_CODES
+    code.name.lower(): code
+    for code in ParameterCode
+    if code.name.lower() not in {*_PROFILE_CODES, "friction"}
 }
 """Codes of scalar parameters, by name."""
 PARAMETERS = tuple(_SCALAR_CODES)
@@ -28,7 +30,8 @@ PARAMETERS = tuple(_SCALAR_CODES)
 They are those of `RodProperties`, in its units; the length varies at constant density and
 stiffness. `rest_curvature_1`, `rest_curvature_2` and `rest_twist` [1/m] shift the rest curvature of
 the whole rod. Beside them, `stiffness_profile[k]` [-], `density_profile[k]` [-] and
-`rest_curvature[k][c]` [1/m] name single entries of `RodProperties`.
+`rest_curvature[k][c]` [1/m] name single entries of `RodProperties`, and `friction[k]` [-] the
+coefficient of friction of obstacle k.
 """
 _FIELDS = {field.name for field in fields(RodProperties)} & {*PARAMETERS}
 """Parameters that are fields of `RodProperties`."""
@@ -36,6 +39,8 @@ _KNOT_NAME = re.compile(
     r"(stiffness_profile|density_profile|rest_curvature)\[(\d+)\](?:\[([012])\])?"
 )
 """Name of a single entry of a field of `RodProperties`."""
+_FRICTION_NAME = re.compile(r"friction\[(\d+)\]")
+"""Name of the coefficient of friction of an obstacle."""
 
 
 def parameter_codes(names: tuple[str, ...], properties: RodProperties) -> Int64[np.ndarray, "P 3"]:
@@ -50,13 +55,15 @@ def parameter_codes(names: tuple[str, ...], properties: RodProperties) -> Int64[
     """
     rows = np.zeros((len(names), PARAMETER_WIDTH), dtype=np.int64)
     for row, name in zip(rows, names, strict=True):
-        found = _KNOT_NAME.fullmatch(name)
-        if name in _SCALAR_CODES:
+        found, body = _KNOT_NAME.fullmatch(name), _FRICTION_NAME.fullmatch(name)
+        if body is not None:
+            row[:] = ParameterCode.FRICTION, int(body[1]), 1
+        elif name in _SCALAR_CODES:
             row[:] = _SCALAR_CODES[name], 0, 1
         elif found is None or (found[3] is None) == (found[1] == "rest_curvature"):
             raise ValueError(
                 f"no parameter {name!r}; choose from {', '.join(PARAMETERS)}, "
-                "stiffness_profile[k], density_profile[k] and rest_curvature[k][c]"
+                "stiffness_profile[k], density_profile[k], rest_curvature[k][c] and friction[k]"
             )
         else:
             knots = len(getattr(properties, found[1]))
@@ -78,6 +85,8 @@ def with_parameters(properties: RodProperties, values: Mapping[str, float]) -> R
         ValueError: A name is not a parameter of this rod, or a value is out of its range.
     """
     parameter_codes(tuple(values), properties)
+    for name in filter(_FRICTION_NAME.fullmatch, values):
+        raise ValueError(f"{name!r} belongs to an obstacle; change its friction")
     changed = properties.with_stiffness(
         values.get("bending_stiffness", properties.bending_stiffness),
         values.get("twisting_stiffness", properties.twisting_stiffness),

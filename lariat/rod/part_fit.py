@@ -83,7 +83,7 @@ def fit_part(
     points: Float64[np.ndarray, "k 3"],
     counted: Bool[np.ndarray, "n"],
     turns: float = 0.0,
-    obstacles: Float64[np.ndarray, "m 12"] | None = None,
+    obstacles: Float64[np.ndarray, "m 13"] | None = None,
 ) -> PartFit:
     """Return grips whose rest shape brings some nodes as near to their points as it can.
 
@@ -131,7 +131,7 @@ class _Fit:
         moves: Bool[np.ndarray, "2 6"],
         points: Float64[np.ndarray, "k 3"],
         counted: Bool[np.ndarray, "n"],
-        obstacles: Float64[np.ndarray, "m 12"] | None,
+        obstacles: Float64[np.ndarray, "m 13"] | None,
     ) -> None:
         self._rod, self._obstacles = rod, obstacles
         self._points, self._counted = points, counted

@@ -75,7 +75,7 @@ class DifferentiableRod(Protocol):
         left: Pose,
         right: Pose,
         guess: RodState | None = None,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+        obstacles: Float64[np.ndarray, "m 13"] | None = None,
     ) -> Rest:
         """Find an equilibrium between two grips."""
         ...

@@ -83,6 +83,8 @@ class StateGradient:
     """Gradient in node velocities [s/m]."""
     angular_velocities: Float64[np.ndarray, "m 3"]
     """Gradient in angular velocities of the frames [s/rad]."""
+    slips: Float64[np.ndarray, "m e s 3"] | None = None
+    """Gradient in the slips on the bodies of the roll-out [1/m]; None without friction."""
 
 
 @dataclass(frozen=True)

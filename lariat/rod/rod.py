@@ -156,7 +156,7 @@ class Rod:
         """
         buffers = self._prepare(spec)
         launch(buffers, self._threads, self._device)
-        found = read_rollouts(buffers, self.properties.length)
+        found = read_rollouts(buffers, self.properties.length, spec.obstacles)
         return found if spec.is_batch else found[0]
 
     @overload
@@ -206,7 +206,7 @@ class Rod:
             ),
         )
         launch(buffers, self._threads, self._device)
-        found = read_linearizations(buffers, self.properties.length)
+        found = read_linearizations(buffers, self.properties.length, spec.obstacles)
         return found if spec.is_batch else found[0]
 
     @overload
@@ -257,7 +257,9 @@ class Rod:
             spec, DerivativeRequest(Derivatives.ADJOINT, parameters, d_cost_d_positions=seed)
         )
         launch(buffers, self._threads, self._device)
-        found = read_gradients(buffers, spec.states, self.properties.length, parameters)
+        found = read_gradients(
+            buffers, spec.states, self.properties.length, parameters, spec.obstacles
+        )
         return found if spec.is_batch else found[0]
 
     def rest(
@@ -265,7 +267,7 @@ class Rod:
         left: Pose,
         right: Pose,
         guess: RodState | None = None,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+        obstacles: Float64[np.ndarray, "m 13"] | None = None,
     ) -> Rest:
         """Find an equilibrium between two grips.
 
@@ -286,7 +288,7 @@ class Rod:
         state: RodState,
         actions: Float64[np.ndarray, "H 2 6"],
         durations: Float64[np.ndarray, "H"],
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+        obstacles: Float64[np.ndarray, "m 13"] | None = None,
     ) -> tuple[Rollout, bool]:
         """Simulate steps without inertia, which approach an equilibrium.
 
@@ -308,7 +310,7 @@ class Rod:
         buffers = self._prepare(spec, durations=durations)
         launch(buffers)
         report = buffers.section(Section.REPORTS)[0].reshape(-1, REPORT_WIDTH)
-        motion = read_rollouts(buffers, self.properties.length)[0]
+        motion = read_rollouts(buffers, self.properties.length, spec.obstacles)[0]
         return motion, bool(report[-1, ReportRow.DEFINITE] > 0.0)
 
     def _prepare(

@@ -42,7 +42,7 @@ class RolloutSpec(Generic[State_co]):
     """Block that drives each step, not decreasing; by default block k drives step k."""
     substeps: int = 1
     """Implicit steps per step."""
-    obstacles: Float64[np.ndarray, "m 12"] | None = None
+    obstacles: Float64[np.ndarray, "m 13"] | None = None
     """Obstacles from `lariat.geometry.pack`; None for an empty scene."""
 
     @property

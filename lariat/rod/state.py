@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
+
+from lariat.rod.friction import ContactSlips
 
 
 @dataclass(frozen=True)
@@ -25,14 +27,15 @@ class RodState:
     """Node velocities, world frame [m/s]."""
     angular_velocities: Float64[np.ndarray, "m 3"]
     """Angular velocities of the frames, world frame [rad/s]."""
+    contact: ContactSlips | None = None
+    """Slips on bodies with friction; None for a rod that no friction pulls at."""
 
     def at_rest(self) -> RodState:
         """Return the same shape without motion."""
-        return RodState(
-            self.positions,
-            self.orientations,
-            np.zeros_like(self.velocities),
-            np.zeros_like(self.angular_velocities),
+        return replace(
+            self,
+            velocities=np.zeros_like(self.velocities),
+            angular_velocities=np.zeros_like(self.angular_velocities),
         )
 
 
@@ -48,6 +51,8 @@ class StateDirections:
     """Changes of node velocities [m/s per unit]."""
     angular_velocities: Float64[np.ndarray, "D m 3"]
     """Changes of the frames' angular velocities [rad/s per unit]."""
+    slips: Float64[np.ndarray, "D m e s 3"] | None = None
+    """Changes of the slips on bodies with friction [m per unit]; None for none."""
 
     def check(self, node_count: int, frame_count: int) -> None:
         """Check shapes and values against the numbers of nodes and of frames of a rod.

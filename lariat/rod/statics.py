@@ -32,7 +32,7 @@ Settle = Callable[
         RodState,
         Float64[np.ndarray, "H 2 6"],
         Float64[np.ndarray, "H"],
-        Float64[np.ndarray, "m 12"] | None,
+        Float64[np.ndarray, "m 13"] | None,
     ],
     tuple[Rollout, bool],
 ]
@@ -62,7 +62,7 @@ def find_rest(
     left: Pose,
     right: Pose,
     guess: RodState | None,
-    obstacles: Float64[np.ndarray, "m 12"] | None,
+    obstacles: Float64[np.ndarray, "m 13"] | None,
 ) -> Rest:
     """Find an equilibrium between two grips; see `Rod.rest`.
 
@@ -96,7 +96,7 @@ def find_rest(
 
 
 def _clearance(
-    model: RodModel[Dimensions], state: RodState, obstacles: Float64[np.ndarray, "m 12"] | None
+    model: RodModel[Dimensions], state: RodState, obstacles: Float64[np.ndarray, "m 13"] | None
 ) -> float:
     if obstacles is None:
         return np.inf
@@ -107,7 +107,7 @@ def _collision_free_start(
     model: RodModel[Dimensions],
     left: Pose,
     right: Pose,
-    obstacles: Float64[np.ndarray, "m 12"] | None,
+    obstacles: Float64[np.ndarray, "m 13"] | None,
 ) -> RodState:
     """Return the sagging curve; if it collides, the similar one with the most clearance.
 
@@ -138,7 +138,7 @@ def _relax(
     start: RodState,
     left: Pose,
     right: Pose,
-    obstacles: Float64[np.ndarray, "m 12"] | None,
+    obstacles: Float64[np.ndarray, "m 13"] | None,
 ) -> Rest:
     """Move the grips of a start to the wanted ones and let the rod come to rest.
 

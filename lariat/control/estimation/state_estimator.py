@@ -92,7 +92,7 @@ class StateEstimator:
         self.rod = rod
         self.grip_errors = GripErrors.none()
         """Errors of the grips with which the model is held."""
-        self.supports: Float64[np.ndarray, "m 12"] | None = None
+        self.supports: Float64[np.ndarray, "m 13"] | None = None
         """Obstacles that the rope may lean on, packed for the rod."""
         self.restart(motion, time)
 

@@ -107,7 +107,7 @@ class CollisionScene:
         """Those whose motion the planner does not know: they stand still."""
 
     @property
-    def supports(self) -> Float64[np.ndarray, "m 12"] | None:
+    def supports(self) -> Float64[np.ndarray, "m 13"] | None:
         """Obstacles that the rope may lean on, packed for the rod."""
         return geometry.pack_supports(self.obstacles)
 

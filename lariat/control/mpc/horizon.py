@@ -44,7 +44,7 @@ class HorizonProblem:
     """Rotation of the grips from the reference trajectory [rad], in the angular components."""
     oriented: Bool[np.ndarray, "2 6"]
     """Components of that rotation that are zero at the goal."""
-    supports: Float64[np.ndarray, "m 12"] | None = None
+    supports: Float64[np.ndarray, "m 13"] | None = None
     """Obstacles that the rope may lean on, packed for the rod."""
     counted: Bool[np.ndarray, "n"] | None = None
     """Nodes whose distances from the reference count; None for all."""

@@ -48,7 +48,7 @@ class NodeDragSolver:
         node: int,
         target: Float64[np.ndarray, "3"],
         turns: float = 0.0,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+        obstacles: Float64[np.ndarray, "m 13"] | None = None,
     ) -> tuple[Pose, Pose]:
         """Return grips whose rest shape brings a node nearer to a place; orientations stay.
 
@@ -84,7 +84,7 @@ class NodeDragSolver:
         rest: Rest,
         node: int,
         target: Float64[np.ndarray, "3"],
-        obstacles: Float64[np.ndarray, "m 12"] | None,
+        obstacles: Float64[np.ndarray, "m 13"] | None,
     ) -> tuple[tuple[Pose, Pose], Rest] | None:
         """Grips after one step and the rod between them; None where none brings the node nearer."""
         columns = []
@@ -116,7 +116,7 @@ class NodeDragSolver:
         self,
         grips: tuple[Pose, Pose],
         guess: RodState,
-        obstacles: Float64[np.ndarray, "m 12"] | None,
+        obstacles: Float64[np.ndarray, "m 13"] | None,
     ) -> Rest | None:
         try:
             rest = self._rod.rest(*grips, guess=guess, obstacles=obstacles)

@@ -42,7 +42,7 @@ def find_rest(
     left: Pose,
     right: Pose,
     guess: RodState | None,
-    obstacles: Float64[np.ndarray, "m 12"] | None,
+    obstacles: Float64[np.ndarray, "m 13"] | None,
     dt: float,
 ) -> Rest:
     """Find an equilibrium between two grips; see `XpbdRod.rest`.

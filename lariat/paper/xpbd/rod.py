@@ -181,7 +181,7 @@ class XpbdRod:
         left: Pose,
         right: Pose,
         guess: RodState | None = None,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+        obstacles: Float64[np.ndarray, "m 13"] | None = None,
         dt: float = 0.01,
     ) -> Rest:
         """Find an equilibrium between two grips; as `Rod.rest`.

@@ -36,6 +36,7 @@ reuse the factors of the last Newton step.
     grips                    driven ends
     energy                   inertia, weight, stretch, bending
     contact_penalty          p, the penalty of contact
+    friction                 Coulomb friction on obstacles
     obstacle_contact         signed distance and contact with obstacles
     self_contact             contact of the rod with itself
     self_contact_hessian     products with its Hessian

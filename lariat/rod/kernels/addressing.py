@@ -73,6 +73,26 @@ def hessian_index(ni: ti.template(), rod, step):
 
 
 @ti.func
+def transposed_at(ni: ti.template(), rod, step, block):
+    """Offset of a block's row of the transposed Hessian: without friction, of the Hessian itself."""
+    place = kept_solve(ni, step) * (2 * ni[Header.NODES] - 1) + block
+    return rod + ni[Section.TRANSPOSED_HESSIAN] + HESSIAN_WIDTH * place
+
+
+@ti.func
+def transposed_index(ni: ti.template(), rod, step):
+    """Place of the first diagonal matrix of the transposed Hessian in `w33`."""
+    return ti.raw_div(transposed_at(ni, rod, step, 0), 9)
+
+
+@ti.func
+def slip_at(ni: ti.template(), rod, slot, pair):
+    """Offset of the slip of a pair before solve `slot`; after it, at slot + 1."""
+    kept = ti.select(ni[Header.DERIVATIVES] >= Derivatives.ADJOINT, slot, slot & 1)
+    return rod + ni[Section.SLIPS] + 3 * (kept * ni[Header.FRICTION_PAIRS] + pair)
+
+
+@ti.func
 def time_at(ni: ti.template(), rod, step):
     """Offset of the `TimeRow` of a solve."""
     return rod + ni[Section.TIMES] + TIME_WIDTH * step

@@ -13,8 +13,10 @@ from lariat.rod.kernels.addressing import (
     orientation_at,
     parameter_derivatives_at,
     time_at,
+    transposed_at,
 )
 from lariat.rod.kernels.air_drag import air_drag_adjoint, has_air_drag
+from lariat.rod.kernels.friction import friction_adjoint, seed_slips
 from lariat.rod.kernels.grip_sensitivities import grip_sensitivities
 from lariat.rod.kernels.memory import add, load3, load4, load33
 from lariat.rod.kernels.rotations import left_jacobian, rotation_matrix
@@ -62,7 +64,7 @@ def adjoint(
             for k in range(2):
                 to = j + 1 + k
                 if to >= end and to < count:
-                    m = hessian_at(ni, rod, step, j) + 9 + 9 * k
+                    m = transposed_at(ni, rod, step, j) + 9 + 9 * k
                     add(w, new + 3 * to, -(load33(w, m) @ load3(w, new + 3 * j)))
         for j in range(first, end):
             i = j // 2
@@ -95,6 +97,8 @@ def adjoint(
                     add(w, old + 6, jacobian @ moment)
         if has_air_drag(ni, w, rod):
             air_drag_adjoint(ni, w, rod, step)
+        if ni[Header.FRICTION_PAIRS] > 0:
+            friction_adjoint(ni, w, rod, step)
         for p in range(ni[Header.PARAMETERS]):
             force = parameter_derivatives_at(ni, rod, p // GROUP_COLUMNS, 0)
             force += p % GROUP_COLUMNS
@@ -104,6 +108,8 @@ def adjoint(
                     total -= w[new + 3 * j + a] * w[force + COLUMNS_WIDTH * j + GROUP_COLUMNS * a]
             to = rod + ni[Section.PARAMETERS_OUT] + p
             w[to] = w[to] + total
+    elif task == Task.SEED_SLIPS:
+        seed_slips(ni, w, rod, step)
     else:
         result = grip_adjoint(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -8,7 +8,7 @@ in time linear in the number of nodes. Only the free blocks from FIRST_FREE to E
 """
 
 from lariat.kernel_cache.language import ti
-from lariat.rod.kernels.addressing import hessian_index
+from lariat.rod.kernels.addressing import hessian_index, transposed_index
 from lariat.rod.kernels.memory import bounded_index
 from lariat.rod.kernels.self_contact_coupling import fold_self_contacts
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
@@ -41,6 +41,50 @@ def symmetric_difference(h, scale, a, b):
 
 
 @ti.real_func
+def factorize_unsymmetric(ni: Integers, w33: Matrices33, rod: ti.i32, step: ti.i32) -> ti.f64:
+    """Factorize a Hessian with friction as block L D U; return whether all pivots are positive.
+
+    The factors take the places of L D L^T in the Hessian and, as U^T D^T L^T, in the transposed
+    one, which holds the differences of its blocks below the diagonal.
+    """
+    definite = 1.0
+    first = ni[Header.FIRST_FREE]
+    end = ni[Header.END_FREE]
+    h = hessian_index(ni, rod, step)
+    t = transposed_index(ni, rod, step)
+    for j in range(2 * ni[Header.NODES] - 1):
+        for k in range(1, 3):
+            w33[t + 3 * j + k] = w33[t + 3 * j + k] + w33[h + 3 * j + k]
+    for j in range(first, end):
+        m = bounded_index(h + 3 * j)
+        r = bounded_index(t + 3 * j)
+        d = w33[m]
+        determinant = d.determinant()
+        if d[0, 0] <= 0.0 or d[0, 0] * d[1, 1] <= d[0, 1] * d[1, 0] or determinant <= 0.0:
+            definite = 0.0
+        inverse = ti.Matrix.zero(ti.f64, 3, 3)
+        if determinant != 0.0:
+            inverse = d.inverse()
+        w33[m] = inverse
+        w33[r] = inverse.transpose()
+        if j + 1 < end:
+            near = w33[r + 1].transpose()
+            near_factor = w33[m + 1] @ inverse
+            w33[m + 3] = w33[m + 3] - near_factor @ near
+            w33[m + 1] = near_factor
+            w33[r + 1] = (inverse @ near).transpose()
+            if j + 2 < end:
+                far = w33[r + 2].transpose()
+                far_factor = w33[m + 2] @ inverse
+                w33[m + 4] = w33[m + 4] - far_factor @ near
+                w33[r + 4] = w33[r + 4] - (near_factor @ far).transpose()
+                w33[m + 6] = w33[m + 6] - far_factor @ far
+                w33[m + 2] = far_factor
+                w33[r + 2] = (inverse @ far).transpose()
+    return definite
+
+
+@ti.real_func
 def factorize(
     ni: Integers,
     w: Doubles,
@@ -53,7 +97,9 @@ def factorize(
 ) -> ti.f64:
     """Factorize the Hessian as block LDL^T in place; return whether all pivots are positive."""
     result = 0.0
-    if task == Task.FACTORIZE:
+    if task == Task.FACTORIZE and ni[Header.FRICTION_PAIRS] > 0:
+        result = factorize_unsymmetric(ni, w33, rod, step)
+    elif task == Task.FACTORIZE:
         first = ni[Header.FIRST_FREE]
         end = ni[Header.END_FREE]
         definite = 1

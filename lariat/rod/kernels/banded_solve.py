@@ -5,7 +5,7 @@ The contacts add a matrix of low rank (Woodbury).
 """
 
 from lariat.kernel_cache.language import ti
-from lariat.rod.kernels.addressing import hessian_index, unknown_at
+from lariat.rod.kernels.addressing import hessian_index, transposed_index, unknown_at
 from lariat.rod.kernels.memory import add, bounded_index, load3, store
 from lariat.rod.kernels.self_contact_hessian import (
     geometric_hessian_product,
@@ -34,7 +34,7 @@ def solve(
     arg: ti.i32,
     real: ti.f64,
 ) -> ti.f64:
-    """Solve H v = b in place for the vector at `arg`, over the free blocks.
+    """Solve H v = b in place for the vector at `arg`, over the free blocks; H^T v = b if `real` is 1.
 
     H is the banded matrix B, whose factors `factorize` left, plus c u u^T for each self-contact.
     With the columns B^-1 u, the forces f of the contacts solve f / c + u B^-1 u f = u v, and
@@ -105,6 +105,9 @@ def solve(
                     if k < 3 * first or k >= 3 * end:
                         w[d + k] = 0.0
             h = hessian_index(ni, rod, step)
+            rear = transposed_index(ni, rod, step)
+            if newton and real > 0.0:
+                h, rear = rear, h
             v = load3(w, d + 3 * first)
             v_next = load3(w, d + 3 * ti.min(first + 1, end - 1))
             for j in range(first, end):
@@ -119,8 +122,9 @@ def solve(
             for back in range(end - first):
                 j = end - 1 - back
                 m = bounded_index(h + 3 * j)
-                before = w33[m] @ load3(w, d + 3 * j) - w33[m + 2].transpose() @ v_next
-                before -= w33[m + 1].transpose() @ v
+                r = bounded_index(rear + 3 * j)
+                before = w33[m] @ load3(w, d + 3 * j) - w33[r + 2].transpose() @ v_next
+                before -= w33[r + 1].transpose() @ v
                 v_next = v
                 v = before
                 store(w, d + 3 * j, v)

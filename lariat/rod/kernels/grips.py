@@ -9,7 +9,12 @@ the linear solve for the free blocks f:
 """
 
 from lariat.kernel_cache.language import ti
-from lariat.rod.kernels.addressing import hessian_at, orientation_at, position_at
+from lariat.rod.kernels.addressing import (
+    hessian_at,
+    orientation_at,
+    position_at,
+    transposed_at,
+)
 from lariat.rod.kernels.memory import add, load3, load4, load33, store
 from lariat.rod.kernels.rotations import logarithm, relative_rotation
 from lariat.rod.kernels.sensitivities import sensitivities
@@ -91,7 +96,7 @@ def subtract_couplings(
             for k in range(2):
                 to = j + 1 + k
                 if to >= end and to < count:
-                    m = hessian_at(ni, rod, step, j) + 9 + 9 * k
+                    m = transposed_at(ni, rod, step, j) + 9 + 9 * k
                     add(w, d + 3 * j, -(load33(w, m).transpose() @ load3(w, d + 3 * to)))
     else:
         result = move_grips(ni, w, w33, task, rod, step, arg, real)

@@ -12,7 +12,7 @@ from lariat.rod.kernels.rotations import (
     quaternion_product,
     relative_rotation,
 )
-from lariat.rod.launch.layout import HISTORY_SLOTS, Header, Section, TimeRow
+from lariat.rod.launch.layout import FROZEN_FRICTION_WIDTH, HISTORY_SLOTS, Header, Section, TimeRow
 
 
 @ti.func
@@ -25,6 +25,11 @@ def start_history(ni: ti.template(), w: ti.template(), rod):
     n = ni[Header.NODES]
     last = HISTORY_SLOTS - 1
     h = w[time_at(ni, rod, 0)]
+    for k in range(ti.min(ni[Header.FRICTION_PAIRS], 1)):
+        # The first iterate of the first solve is the last shape, as for a rod that touches.
+        w[rod + ni[Section.FRICTION_CONTACTS] + k] = 1.0
+    for k in range(FROZEN_FRICTION_WIDTH * ni[Header.FRICTION_PAIRS]):
+        w[rod + ni[Section.FROZEN_FRICTION] + k] = 0.0
     for i in range(n - 1):
         q = load4(w, orientation_at(ni, rod, last, i))
         q = q / ti.sqrt(q.dot(q))

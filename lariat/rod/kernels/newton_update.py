@@ -8,6 +8,7 @@ The tension is linear in the step: it is the force that the linear solve predict
 from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import orientation_at, position_at, scalar
 from lariat.rod.kernels.energy import edge_energy
+from lariat.rod.kernels.friction import freeze_friction
 from lariat.rod.kernels.memory import (
     bounded,
     lane_count,
@@ -37,12 +38,16 @@ def accept_iterate(
 ) -> ti.f64:
     """Set the right-hand side to the negative gradient, and store the iterate of a line search.
 
+    Return the change of the energy by friction, whose limits are those of the stored iterate.
+
     Args:
         arg: Whether there is a line search, whose steps start from the iterate that is stored.
     """
     result = 0.0
     if task == Task.ACCEPT_ITERATE:
         n = ni[Header.NODES]
+        if ni[Header.FRICTION_PAIRS] > 0:
+            result = freeze_friction(ni, w, rod)
         if arg == 1:
             for k in range(3 * n):
                 w[rod + ni[Section.ACCEPTED_POSITIONS] + k] = w[

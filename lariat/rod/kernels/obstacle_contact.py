@@ -13,13 +13,17 @@ points to be in reach.
 from lariat.kernel_cache.language import ti
 from lariat.rod.kernels.addressing import hessian_at, position_at, scalar
 from lariat.rod.kernels.contact_penalty import contact_penalty
-from lariat.rod.kernels.memory import add, add33, load3, load33
+from lariat.rod.kernels.friction import friction_energy, update_slips
+from lariat.rod.kernels.memory import add, add33, load3, load33, store, store33
 from lariat.rod.kernels.self_contact import self_contacts
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import HessianPart, Task
 from lariat.rod.launch.layout import (
+    FRICTION_CONTACT_WIDTH,
+    FRICTION_HEAD,
     HISTORY_SLOTS,
     OBSTACLE_WIDTH,
+    FrictionContact,
     Header,
     ObstacleRow,
     Scalar,
@@ -47,13 +51,15 @@ def obstacle_contacts(
         arg: `HessianPart` to add; the positive one is semidefinite.
     """
     result = 0.0
-    if task == Task.OBSTACLE_CONTACT:
+    if task == Task.OBSTACLE_CONTACT or task == Task.UPDATE_SLIPS:
         exact = arg != HessianPart.POSITIVE
         samples = ni[Header.CONTACT_SAMPLES]
         length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         reach = scalar(ni, w, rod, Scalar.CONTACT_REACH)
         share = length / samples
         total = 0.0
+        has_friction = ni[Header.FRICTION_PAIRS] > 0
+        touching_pairs = 0
         low = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, ni[Header.FIRST_EDGE]))
         high = low
         for i in range(ni[Header.FIRST_EDGE] + 1, ni[Header.END_EDGE] + 1):
@@ -208,11 +214,38 @@ def obstacle_contacts(
                             g = rod + ni[Section.GRADIENT] + 6 * i
                             add(w, g, (1.0 - s) * pull)
                             add(w, g + 6, s * pull)
+                            coefficient = w[row + ObstacleRow.FRICTION]
+                            if has_friction and coefficient > 0.0:
+                                entry = rod + ni[Section.FRICTION_CONTACTS] + FRICTION_HEAD
+                                entry += FRICTION_CONTACT_WIDTH * touching_pairs
+                                touching_pairs += 1
+                                edges = ni[Header.END_EDGE] - first
+                                w[entry + FrictionContact.EDGE] = i
+                                w[entry + FrictionContact.PLACE] = s
+                                pair = (k * edges + i - first) * samples + j
+                                w[entry + FrictionContact.PAIR] = pair
+                                w[entry + FrictionContact.COEFFICIENT] = coefficient
+                                w[entry + FrictionContact.NORMAL_FORCE] = share * force
+                                w[entry + FrictionContact.NORMAL_STIFFNESS] = share * stiffness
+                                store(w, entry + FrictionContact.NORMAL, outward)
+                                store33(
+                                    w,
+                                    entry + FrictionContact.CURVATURE,
+                                    rotation @ curvature @ rotation.transpose(),
+                                )
                             if arg != HessianPart.NONE:
                                 m = hessian_at(ni, rod, step, 2 * i)
                                 add33(w, m, ((1.0 - s) * (1.0 - s)) * hessian)
                                 add33(w, m + 18, (s * (1.0 - s)) * hessian)
                                 add33(w, m + 54, (s * s) * hessian)
+        if has_friction:
+            head = rod + ni[Section.FRICTION_CONTACTS]
+            w[head] = touching_pairs
+            if task == Task.UPDATE_SLIPS:
+                w[head + 1] = 1.0
+            total += friction_energy(ni, w, rod, step, arg)
+            if task == Task.UPDATE_SLIPS:
+                update_slips(ni, w, rod, step)
         result = total
     else:
         result = self_contacts(ni, w, w33, task, rod, step, arg, real)

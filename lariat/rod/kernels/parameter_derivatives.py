@@ -18,6 +18,7 @@ from lariat.rod.kernels.addressing import (
     time_at,
 )
 from lariat.rod.kernels.air_drag import air_drag_parameter_derivatives
+from lariat.rod.kernels.friction import friction_parameter_derivatives
 from lariat.rod.kernels.memory import load3, load4
 from lariat.rod.kernels.rotations import rotation_matrix
 from lariat.rod.kernels.step_derivatives import inertia_derivatives
@@ -202,6 +203,8 @@ def parameter_derivatives(
                     )
                     add_parameter_derivative(ni, w, rod, p, 2 * j + 3, jacobian @ moment)
         air_drag_parameter_derivatives(ni, w, rod, step)
+        if ni[Header.FRICTION_PAIRS] > 0:
+            friction_parameter_derivatives(ni, w, rod, step)
     else:
         result = inertia_derivatives(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -73,7 +73,11 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
     tolerance = scalar(ni, w, rod, Scalar.TOLERANCE)
     derivatives = ni[Header.DERIVATIVES] > 0
     with_sensitivities = ni[Header.DERIVATIVES] % Derivatives.ADJOINT
-    contact_forces_wanted = ti.cast(ni[Header.PARAMETERS] > 0 and ni[Header.OBSTACLES] > 0, ti.i32)
+    friction = ni[Header.FRICTION_PAIRS] > 0
+    contact_forces_wanted = ti.cast(
+        (ni[Header.PARAMETERS] > 0 or friction) and ni[Header.OBSTACLES] > 0, ti.i32
+    )
+    slips_updated = 0
     adjoint_step = rod + ni[Section.ADJOINT]
     step = 0
     backward = 0
@@ -113,7 +117,7 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
     while task != Task.DONE:
         arg = exact
         real = shift
-        if phase == Phase.DERIVATIVES or chord == 1:
+        if phase == Phase.DERIVATIVES or chord == 1 or task == Task.UPDATE_SLIPS:
             # Derivatives need the forces of contact, for the derivative with respect to length.
             arg = HessianPart.NONE
         if task == Task.EDGE_ENERGY and phase == Phase.FINAL_HESSIAN:
@@ -129,8 +133,10 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
             arg = 1 - line_search
         elif task == Task.SUBTRACT_COUPLINGS or task == Task.SOLVE:
             arg = d
+            real = 0.0
             if backward == 1:
                 arg = adjoint_step
+                real = 1.0
         elif task == Task.SUBTRACT_SELF_CONTACT_COUPLINGS or task == Task.SOLVE_AGAIN:
             arg = sensitivity_columns_at(ni, rod, column // GROUP_COLUMNS)[0]
             arg += column % GROUP_COLUMNS
@@ -153,7 +159,10 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
                 task = Task.PARAMETER_DERIVATIVES
             elif task == Task.PARAMETER_DERIVATIVES:
                 solving = ti.select(self_contact, Task.SOLVE_EXACTLY, Task.SOLVE)
+                solving = ti.select(friction, Task.SEED_SLIPS, solving)
                 task = ti.select(backward, solving, Task.GRIP_SENSITIVITIES)
+            elif task == Task.SEED_SLIPS:
+                task = Task.SOLVE
             elif task == Task.GRIP_SENSITIVITIES:
                 task = Task.SENSITIVITIES
             elif task == Task.SENSITIVITIES:
@@ -183,6 +192,9 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
             else:
                 phase = Phase.FINISHED
                 task = Task.SOLVED
+        elif task == Task.UPDATE_SLIPS:
+            slips_updated = 1
+            task = Task.SOLVED
         elif task == Task.INERTIAL_TARGETS:
             task = Task.PREDICT
         elif task == Task.PREDICT:
@@ -234,6 +246,9 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
                 task = Task.EDGE_ENERGY
         elif task == Task.ACCEPT_ITERATE:
             task = Task.SOLVE
+            if line_search == 1:
+                # With friction, each iterate has limits of its own.
+                lowest += value
             if iterations == 0:
                 grips_moved = 0
                 task = Task.MOVE_GRIPS
@@ -322,6 +337,8 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
                     task = Task.PREDICT
                 elif attempts >= ni[Header.MAX_ITERATIONS]:
                     task = Task.SOLVED
+        if task == Task.SOLVED and friction and phase < Phase.DERIVATIVES and slips_updated == 0:
+            task = Task.UPDATE_SLIPS
         if task == Task.SOLVED:
             if phase < Phase.DERIVATIVES:
                 report = rod + ni[Section.REPORTS] + REPORT_WIDTH * step
@@ -348,6 +365,7 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
                 grips_moved = 0
                 stepped = 0
                 chord = 0
+                slips_updated = 0
                 task = Task.INERTIAL_TARGETS
                 if step == ni[Header.STEPS]:
                     task = Task.DONE

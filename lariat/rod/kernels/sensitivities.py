@@ -13,8 +13,10 @@ from lariat.rod.kernels.addressing import (
     sensitivity_columns_at,
     steady_groups,
     time_at,
+    transposed_index,
 )
 from lariat.rod.kernels.air_drag import air_drag_sensitivities, has_air_drag
+from lariat.rod.kernels.friction import friction_sensitivities, slip_sensitivities, stamp_slips
 from lariat.rod.kernels.memory import (
     bounded,
     bounded_index,
@@ -68,6 +70,7 @@ def sensitivities(
         block = ni[STEP_BLOCKS + step // ni[Header.SUBSTEPS]]
         _h, weight, carry = step_times(ni, w, rod, step)
         h = hessian_index(ni, rod, step)
+        transposed = transposed_index(ni, rod, step)
         last = COLUMNS_WIDTH * (HISTORY_SLOTS + 1)
         for group in range(groups):
             if group >= driven or group <= block:
@@ -127,6 +130,8 @@ def sensitivities(
                                     store_column(w, to, load_column(w, to) + far)
                 if has_air_drag(ni, w, rod):
                     air_drag_sensitivities(ni, w, rod, step, start, history)
+                if ni[Header.FRICTION_PAIRS] > 0:
+                    friction_sensitivities(ni, w, rod, step, group, history)
                 for j in range(ti.max(first - 2, 0), first):
                     for k in ti.static(range(1, 3)):
                         if j + k >= first and j + k < end:
@@ -139,7 +144,7 @@ def sensitivities(
                 for j in range(ti.max(end - 2, first), end):
                     for k in ti.static(range(1, 3)):
                         if j + k >= end and j + k < 2 * n - 1:
-                            m = w33[bounded_index(h + 3 * j) + k].transpose()
+                            m = w33[bounded_index(transposed + 3 * j) + k].transpose()
                             to = bounded(start + COLUMNS_STRIDE * j)
                             for c in range(GROUP_COLUMNS):
                                 coupled = m @ load_column(w, to + COLUMNS_STRIDE * k + c)
@@ -159,6 +164,7 @@ def sensitivities(
                     j = end - 1 - back
                     m = bounded_index(h + 3 * j)
                     inverse = w33[m]
+                    m = bounded_index(transposed + 3 * j)
                     near = w33[m + 1].transpose()
                     far = w33[m + 2].transpose()
                     at = bounded(start + COLUMNS_STRIDE * j)
@@ -169,6 +175,10 @@ def sensitivities(
                         after = load_column(w, at + 2 * COLUMNS_STRIDE + c)
                         v -= far @ ti.select(j + 2 < end, after, 0.0)
                         store_column(w, at + c, v)
+                if ni[Header.FRICTION_PAIRS] > 0:
+                    slip_sensitivities(ni, w, rod, step, group, history)
+        if ni[Header.FRICTION_PAIRS] > 0:
+            stamp_slips(ni, w, rod, step)
     elif task == Task.WRITE_SENSITIVITIES:
         n = ni[Header.NODES]
         groups = sensitivity_columns_at(ni, rod, 0)[1]

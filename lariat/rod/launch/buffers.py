@@ -67,7 +67,7 @@ class LaunchBuffers(Generic[SizesT]):
         """
         return self.rods[:, self.places[name]]
 
-    def obstacles(self) -> Float64[np.ndarray, "m 17"]:
+    def obstacles(self) -> Float64[np.ndarray, "m 18"]:
         """Return the rows of the obstacles, as a view."""
         end = self.rods.size + OBSTACLE_WIDTH * self.sizes.obstacles
         return self.doubles[self.rods.size : end].reshape(-1, OBSTACLE_WIDTH)

@@ -12,6 +12,7 @@ from jaxtyping import Float64, Int32
 
 from lariat.geometry import poses
 from lariat.rod.checks import check_durations, check_rollout, check_span, check_state
+from lariat.rod.friction import carried_slips
 from lariat.rod.integration_schemes import HISTORY_LENGTHS, time_table
 from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
 from lariat.rod.launch.codes import Derivatives
@@ -24,6 +25,8 @@ from lariat.rod.launch.layout import (
     MODEL_HEADER,
     OBSTACLE_WIDTH,
     Header,
+    ObstacleRow,
+    ParameterCode,
     Scalar,
     Section,
     TimeRow,
@@ -46,6 +49,8 @@ MAX_STRAND_SAMPLES = 8
 """Most points of an edge that are tested for contact with other edges."""
 SELF_CONTACTS_PER_NODE, MAX_SELF_CONTACTS = 8, 512
 """Capacity for self-contacts: per node, and in all."""
+FRICTION_TOLERANCE_FACTOR = 0.01
+"""Factor on the tolerance of a solve with friction, whose slips are as small as the tolerance [-]."""
 DERIVATIVE_TOLERANCE_FACTOR = 0.01
 """Factor on the tolerance of a solve when derivatives in parameters are requested [-]."""
 
@@ -140,24 +145,83 @@ def prepare(
         if model.self_contact
         else 0,
         model.clamps,
+        _friction_pairs(model, rows, constants),
     )
     names = request.parameters
     codes = parameter_codes(names, model.properties) if names else None
+    for name, code in zip(names, () if codes is None else codes, strict=True):
+        if code[0] == ParameterCode.FRICTION and code[1] >= len(rows):
+            raise ValueError(f"there are {len(rows)} obstacles, got {name!r}")
     buffers = allocate(pool, sizes, block_of_step, constants.integers, codes)
     if not pool.keeps(buffers, constants, times, rows, names):
         buffers.rods[:, : len(constants.doubles)] = constants.doubles
         if names:
             # Residuals of the steps affect these derivatives more than they affect positions.
             buffers.rods[:, Scalar.TOLERANCE] = DERIVATIVE_TOLERANCE_FACTOR * model.tolerance
+        if sizes.friction_pairs:
+            buffers.rods[:, Scalar.TOLERANCE] *= FRICTION_TOLERANCE_FACTOR
         buffers.section(Section.TIMES)[:] = times.ravel()
         if len(rows):
             buffers.obstacles()[:] = rows
     buffers.once(_action_place)[:] = actions
     for place, state in zip(buffers.once(_start_places), states, strict=True):
         place.write(state)
+    if sizes.friction_pairs:
+        _write_slips(buffers, model, states, spec.obstacles, directions)
     if request.kinds:
         _write_derivative_inputs(buffers, request, states, float(times[0, TimeRow.DURATION]))
     return buffers
+
+
+def _friction_pairs(
+    model: ImplicitRodModel, rows: Float64[np.ndarray, "m 18"], constants: Constants
+) -> int:
+    """Return the number of slips; zero where no body has friction.
+
+    Raises:
+        ValueError: Friction is not there for the rod's scheme, or beside self-contact.
+    """
+    if not np.any(rows[:, ObstacleRow.FRICTION]):
+        return 0
+    if model.scheme != "euler" or model.self_contact:
+        raise ValueError(
+            f"friction of obstacles takes scheme='euler' and self_contact=False, got "
+            f"scheme={model.scheme!r} and self_contact={model.self_contact}; leave out friction"
+        )
+    samples = int(constants.integers[Header.CONTACT_SAMPLES - MODEL_HEADER.start])
+    return len(rows) * (model.node_count - 1) * samples
+
+
+def _write_slips(
+    buffers: LaunchBuffers[Sizes],
+    model: ImplicitRodModel,
+    states: Sequence[RodState],
+    bodies: Float64[np.ndarray, "m 13"] | None,
+    directions: Sequence[StateDirections],
+) -> None:
+    """Write the slips of the initial states, and their sensitivities."""
+    bodies = np.asarray(bodies, float)
+    pairs, edges = buffers.sizes.friction_pairs, model.node_count - 1
+    samples = pairs // (edges * len(bodies))
+    radius = 0.5 * model.properties.diameter
+    for row, state in zip(buffers.section(Section.SLIPS), states, strict=True):
+        slips = carried_slips(state.contact, state.positions, radius, bodies, samples)
+        row[: 3 * pairs] = slips.ravel()
+    if buffers.sizes.derivatives & Derivatives.SENSITIVITIES:
+        columns = buffers.section(Section.SLIP_SENSITIVITIES)
+        columns[:] = 0.0
+        buffers.section(Section.SLIP_STAMPS)[:] = -1.0
+        columns = columns.reshape(len(states), buffers.sizes.columns, pairs, 3, GROUP_COLUMNS)
+        for b, along in enumerate(directions):
+            if along.slips is None:
+                continue
+            groups = -(-len(along.slips) // GROUP_COLUMNS)
+            rows = np.zeros((groups * GROUP_COLUMNS, pairs, 3))
+            rows[: len(along.slips)] = along.slips.reshape(-1, pairs, 3)
+            rows = rows.reshape(groups, GROUP_COLUMNS, pairs, 3)
+            columns[b, -groups:] = rows.transpose(0, 2, 3, 1)
+    if buffers.sizes.derivatives & Derivatives.ADJOINT:
+        buffers.section(Section.SLIP_ADJOINT)[:] = 0.0
 
 
 class StartPlace(NamedTuple):

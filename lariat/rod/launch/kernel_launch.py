@@ -122,6 +122,7 @@ def _plan(sizes: Sizes) -> tuple[dict[int, slice], int, Int32[np.ndarray, "k"]]:
     integers[Header.STATE_DIRECTIONS] = sizes.state_directions
     integers[Header.ACTION_GROUPS] = sizes.action_groups
     integers[Header.DERIVATIVES] = sizes.derivatives
+    integers[Header.FRICTION_PAIRS] = sizes.friction_pairs
     integers[Header.MAX_SELF_CONTACTS] = sizes.self_contacts
     integers[Header.STRIDE] = stride
     integers[Header.OBSTACLE_ROWS] = stride * sizes.batch

@@ -74,6 +74,8 @@ class Header(IntEnum):
     """Groups of sensitivities to actions: one for each block, or none."""
     DERIVATIVES = auto()
     """`Derivatives` that are computed."""
+    FRICTION_PAIRS = auto()
+    """Pairs of a sample of an edge and an obstacle, each with a slip; zero without friction."""
     MAX_SELF_CONTACTS = auto()
     """Capacity for contacts of the rod with itself; zero without self-contact."""
     OBSTACLE_ROWS = auto()
@@ -107,6 +109,8 @@ class Section(IntEnum):
     ACCEPTED_ORIENTATIONS = auto()
     HESSIAN = auto()
     """Hessian, then its factors; those of every solve if the adjoint is computed."""
+    TRANSPOSED_HESSIAN = auto()
+    """The same of the transposed Hessian, which differs with friction; else the same section."""
     GRADIENT = auto()
     NEWTON_STEP = auto()
     INERTIA_COUPLINGS = auto()
@@ -124,6 +128,17 @@ class Section(IntEnum):
     COST_GRADIENT = auto()
     ACTIONS_OUT = auto()
     PARAMETERS_OUT = auto()
+    SLIPS = auto()
+    """Elastic slip of each pair before the roll-out and after each solve [m]."""
+    FROZEN_FRICTION = auto()
+    """A `FrozenFriction` of each pair."""
+    FRICTION_CONTACTS = auto()
+    """Number of touching pairs, whether their return is exact, and the `FrictionContact` of each."""
+    SLIP_SENSITIVITIES = auto()
+    """Columns of the slips, in groups as those of `SENSITIVITIES`."""
+    SLIP_STAMPS = auto()
+    """Last solve in which a pair touched; -1 before the first."""
+    SLIP_ADJOINT = auto()
     SELF_CONTACTS = auto()
     SELF_CONTACT_COLUMNS = auto()
     SELF_CONTACT_MATRIX = auto()
@@ -181,6 +196,8 @@ class ParameterCode(IntEnum):
     REST_TWIST = auto()
     STIFFNESS_PROFILE = auto()
     DENSITY_PROFILE = auto()
+    FRICTION = auto()
+    """Coefficient of friction of an obstacle, of which the knot is the index."""
 
 
 class TimeRow(IntEnum):
@@ -239,6 +256,59 @@ SELF_CONTACT_HEAD = 2
 """Numbers before the self-contacts: their count, and the count of those beyond the capacity."""
 
 
+class FrictionContact(IntEnum):
+    """Numbers of a touching pair: a sample of an edge, and an obstacle with friction."""
+
+    EDGE = 0
+    PLACE = 1
+    """Place of the sample along its edge, from 0 to 1."""
+    PAIR = 2
+    COEFFICIENT = 3
+    NORMAL_FORCE = 4
+    NORMAL_STIFFNESS = 5
+    """Derivative of the normal force with respect to the depth [N/m]."""
+    NORMAL = 6
+    CURVATURE = 9
+    """Derivative of the normal with respect to the sample [1/m]."""
+    PULL = 18
+    """Tangential force of the rope on the obstacle [N]."""
+    BY_SAMPLE = 21
+    """Derivative of the pull with respect to the sample [N/m]."""
+    BY_ROTATION = 30
+    """Derivative of the pull with respect to rotations of the edge in its own frame [N]."""
+    BY_SLIP = 39
+    """Derivative of the pull with respect to the slip before [N/m]."""
+    BY_COEFFICIENT = 48
+    CARRIED = 51
+    """Adjoint of the pull."""
+    SLIP = 54
+    """Slip before the return [m]."""
+    DIRECTION = 57
+    """Direction in which the sample slides; zero where it sticks."""
+    FROZEN_ENERGY = 60
+
+
+class FrozenFriction(IntEnum):
+    """Numbers of a pair at the last accepted iterate."""
+
+    DIRECTION = 0
+    """Direction in which the sample slid; zero where it stuck."""
+    NORMAL = 3
+    SLIP = 6
+    LIMIT = 9
+    """Largest force of friction [N]."""
+
+
+FROZEN_FRICTION_WIDTH = 10
+"""Numbers of a `FrozenFriction`."""
+FRICTION_HEAD = 2
+"""Numbers before the `FrictionContact`s."""
+
+
+FRICTION_CONTACT_WIDTH = 61
+"""Numbers of a `FrictionContact`."""
+
+
 class ReportRow(IntEnum):
     """Numbers that a solve reports."""
 
@@ -260,6 +330,7 @@ class ObstacleRow(IntEnum):
     """Rotation matrix, row by row."""
     SIZES = 13
     BOUNDING_RADIUS = 16
+    FRICTION = 17
 
 
 LANE_COUNT = 32
@@ -287,5 +358,5 @@ SELF_CONTACT_WIDTH = 14
 """Numbers of a `SelfContact`."""
 REPORT_WIDTH = 4
 """Numbers of a `ReportRow`."""
-OBSTACLE_WIDTH = 17
+OBSTACLE_WIDTH = 18
 """Numbers of an `ObstacleRow`."""

@@ -9,7 +9,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
+from lariat.rod.friction import ContactSlips
 from lariat.rod.launch.buffers import LaunchBuffers
+from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.grip_edges import fold_grips
 from lariat.rod.launch.layout import GROUP_COLUMNS, HISTORY_SLOTS, ReportRow, Section, TimeRow
 from lariat.rod.launch.sizes import Sizes
@@ -18,12 +20,17 @@ from lariat.rod.so3 import left_jacobian
 from lariat.rod.state import RodState
 
 
-def read_rollouts(buffers: LaunchBuffers[Sizes], length: float) -> list[Rollout]:
+def read_rollouts(
+    buffers: LaunchBuffers[Sizes],
+    length: float,
+    bodies: Float64[np.ndarray, "m 13"] | None = None,
+) -> list[Rollout]:
     """Return the roll-out of every rod of the batch.
 
     Args:
         buffers: Buffers after the launch.
         length: Rest length of the rods [m].
+        bodies: Obstacles of the launch.
     """
     *motion, counts, converged = buffers.once(_results)
     # Arrays are indexed: to iterate over them takes several times as long.
@@ -35,10 +42,35 @@ def read_rollouts(buffers: LaunchBuffers[Sizes], length: float) -> list[Rollout]
         done = converged.astype(bool).all(axis=2)
     return [
         Rollout(
-            x[b], q[b], RodState(x[b, -1], q[b, -1], v[b], omega[b]), iterations[b], done[b], length
+            x[b],
+            q[b],
+            RodState(x[b, -1], q[b, -1], v[b], omega[b], _slips(buffers, b, bodies)),
+            iterations[b],
+            done[b],
+            length,
         )
         for b in range(buffers.sizes.batch)
     ]
+
+
+def _slips(
+    buffers: LaunchBuffers[Sizes], b: int, bodies: Float64[np.ndarray, "m 13"] | None
+) -> ContactSlips | None:
+    """Return the slips of a rod after the last solve; None without friction."""
+    sizes = buffers.sizes
+    if bodies is None or not sizes.friction_pairs:
+        return None
+    bodies = np.array(bodies, float)
+    stored = sizes.steps if sizes.derivatives & Derivatives.ADJOINT else sizes.steps % 2
+    width = 3 * sizes.friction_pairs
+    row = buffers.section(Section.SLIPS)[b, width * stored : width * (stored + 1)]
+    return ContactSlips(row.reshape(*_slip_shape(sizes)).copy(), bodies)
+
+
+def _slip_shape(sizes: Sizes) -> tuple[int, int, int, int]:
+    """Return the numbers of obstacles, edges, samples of an edge, and of components."""
+    edges = sizes.nodes - sum(sizes.clamps) - 1
+    return sizes.obstacles, edges, sizes.friction_pairs // (sizes.obstacles * edges), 3
 
 
 def _results(buffers: LaunchBuffers[Sizes]) -> tuple[Float64[np.ndarray, "B ..."], ...]:
@@ -59,13 +91,17 @@ def _results(buffers: LaunchBuffers[Sizes]) -> tuple[Float64[np.ndarray, "B ..."
     )
 
 
-def read_linearizations(buffers: LaunchBuffers[Sizes], length: float) -> list[Linearization]:
+def read_linearizations(
+    buffers: LaunchBuffers[Sizes],
+    length: float,
+    bodies: Float64[np.ndarray, "m 13"] | None = None,
+) -> list[Linearization]:
     """Return the roll-out of every rod of the batch with its forward sensitivities."""
     sizes = buffers.sizes
     driven = GROUP_COLUMNS * sizes.action_groups
     directions = driven + GROUP_COLUMNS * sizes.parameter_groups
     found = []
-    for b, rollout in enumerate(read_rollouts(buffers, length)):
+    for b, rollout in enumerate(read_rollouts(buffers, length, bodies)):
         out = buffers.section(Section.SENSITIVITIES_OUT)[b]
         out = out.reshape(sizes.horizon, sizes.nodes, 3, -1)[:, sizes.rod_nodes]
         actions = out[..., :driven].reshape(*out.shape[:3], sizes.action_groups, 2, 6).copy()
@@ -80,6 +116,7 @@ def read_gradients(
     states: Sequence[RodState],
     length: float,
     parameters: tuple[str, ...],
+    bodies: Float64[np.ndarray, "m 13"] | None = None,
 ) -> list[Gradient]:
     """Return the roll-out of every rod of the batch with the adjoint's gradient.
 
@@ -88,6 +125,7 @@ def read_gradients(
         states: Initial state of each rod.
         length: Rest length of the rods [m].
         parameters: Names of the parameters, as requested.
+        bodies: Obstacles of the launch.
     """
     sizes = buffers.sizes
     actions = buffers.section(Section.ACTIONS_OUT).reshape(-1, sizes.action_blocks, 2, 6).copy()
@@ -100,14 +138,24 @@ def read_gradients(
             rollout,
             actions[b],
             dict(zip(parameters, values[b], strict=True)),
-            partial(_state_gradient, adjoints[b], states[b], sizes, h),
+            partial(_state_gradient, adjoints[b], states[b], sizes, h, _slip_gradient(buffers, b)),
         )
-        for b, rollout in enumerate(read_rollouts(buffers, length))
+        for b, rollout in enumerate(read_rollouts(buffers, length, bodies))
     ]
 
 
+def _slip_gradient(buffers: LaunchBuffers[Sizes], b: int) -> Float64[np.ndarray, "m e s 3"] | None:
+    if not buffers.sizes.friction_pairs:
+        return None
+    return buffers.section(Section.SLIP_ADJOINT)[b].reshape(*_slip_shape(buffers.sizes)).copy()
+
+
 def _state_gradient(
-    adjoint: Float64[np.ndarray, "k"], state: RodState, sizes: Sizes, h: float
+    adjoint: Float64[np.ndarray, "k"],
+    state: RodState,
+    sizes: Sizes,
+    h: float,
+    slips: Float64[np.ndarray, "m e s 3"] | None,
 ) -> StateGradient:
     n = sizes.nodes
     adjoint = adjoint.reshape(HISTORY_SLOTS, -1)
@@ -123,4 +171,5 @@ def _state_gradient(
         rotations,
         -h * before,
         -h * left_jacobian(-h * state.angular_velocities, back),
+        slips,
     )

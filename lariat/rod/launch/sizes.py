@@ -10,6 +10,9 @@ from lariat.rod.launch.layout import (
     COLUMNS_STRIDE,
     COLUMNS_WIDTH,
     EFFECTIVE_BEND_WIDTH,
+    FRICTION_CONTACT_WIDTH,
+    FRICTION_HEAD,
+    FROZEN_FRICTION_WIDTH,
     GROUP_COLUMNS,
     HESSIAN_WIDTH,
     HISTORY_SLOTS,
@@ -27,6 +30,7 @@ from lariat.rod.launch.layout import (
 MATRIX_SECTIONS = frozenset(
     {
         Section.HESSIAN,
+        Section.TRANSPOSED_HESSIAN,
         Section.INERTIA_COUPLINGS,
     }
 )
@@ -55,6 +59,8 @@ class Sizes(NamedTuple):
     """Capacity for contacts of the rod with itself."""
     clamps: tuple[int, int]
     """Number of clamps at the left and at the right end."""
+    friction_pairs: int = 0
+    """Pairs of a sample of an edge and an obstacle that have a slip."""
 
     @property
     def rod_nodes(self) -> slice:
@@ -80,7 +86,9 @@ def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
     stored = steps if sizes.derivatives & Derivatives.ADJOINT else 1
     forward = 1 if sizes.derivatives & Derivatives.SENSITIVITIES else 0
     backward = 1 if sizes.derivatives & Derivatives.ADJOINT else 0
-    return consecutive(
+    pairs = sizes.friction_pairs
+    hessian = HESSIAN_WIDTH * unknowns * stored
+    places, count = consecutive(
         {
             Section.SCALARS: len(Scalar),
             Section.MASSES: n,
@@ -95,7 +103,8 @@ def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
             Section.TENSIONS: 3 * (n - 1),
             Section.ACCEPTED_POSITIONS: 3 * n,
             Section.ACCEPTED_ORIENTATIONS: 4 * (n - 1),
-            Section.HESSIAN: HESSIAN_WIDTH * unknowns * stored,
+            Section.HESSIAN: hessian,
+            Section.TRANSPOSED_HESSIAN: hessian if pairs else 0,
             Section.GRADIENT: 3 * unknowns,
             Section.NEWTON_STEP: 3 * unknowns,
             Section.INERTIA_COUPLINGS: 9 * HISTORY_SLOTS * (n - 1),
@@ -114,9 +123,20 @@ def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
             Section.COST_GRADIENT: backward * 3 * n * sizes.horizon,
             Section.ACTIONS_OUT: backward * 12 * sizes.action_blocks,
             Section.PARAMETERS_OUT: backward * sizes.parameters,
+            Section.SLIPS: 3 * pairs * ((steps if backward else 1) + 1),
+            Section.FROZEN_FRICTION: FROZEN_FRICTION_WIDTH * pairs,
+            Section.FRICTION_CONTACTS: (
+                FRICTION_HEAD + FRICTION_CONTACT_WIDTH * pairs if pairs else 0
+            ),
+            Section.SLIP_SENSITIVITIES: forward * COLUMNS_WIDTH * pairs * sizes.columns,
+            Section.SLIP_STAMPS: forward * pairs,
+            Section.SLIP_ADJOINT: backward * 3 * pairs,
         },
         MATRIX_SECTIONS,
     )
+    if not pairs:
+        places[Section.TRANSPOSED_HESSIAN] = places[Section.HESSIAN]
+    return places, count
 
 
 def consecutive(

@@ -17,7 +17,7 @@ ACTIONS[:, 0] = [0.1, 0.1, 0.0, 0.0, 1.0, 0.0]
 ACTIONS[:, 1] = [-0.3, 0.1, 0.1, 1.0, 0.0, 1.0]
 
 
-def moving_state(rod: Rod, obstacles: Float64[np.ndarray, "m 12"]) -> RodState:
+def moving_state(rod: Rod, obstacles: Float64[np.ndarray, "m 13"]) -> RodState:
     start = rod.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
     return rod.rollout(RolloutSpec(start, ACTIONS, 0.01, obstacles=obstacles)).final
 
@@ -32,7 +32,7 @@ def test_a_step_beside_obstacles_takes_few_factorizations_at_any_number_of_nodes
 
 
 @pytest.mark.parametrize("obstacles", [ASIDE, BELOW])
-def test_solves_stop_within_the_tolerance(obstacles: Float64[np.ndarray, "m 12"]) -> None:
+def test_solves_stop_within_the_tolerance(obstacles: Float64[np.ndarray, "m 13"]) -> None:
     rod = Rod(PROPERTIES, 40)
     exact = Rod(PROPERTIES, 40, tolerance=1e-12)
     state = moving_state(exact, obstacles)

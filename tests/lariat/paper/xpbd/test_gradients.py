@@ -34,7 +34,7 @@ class Scene:
     def __init__(
         self,
         node_count: int,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+        obstacles: Float64[np.ndarray, "m 13"] | None = None,
         left: str = "clamped",
         right: str = "clamped",
         substeps: int = 1,

@@ -1,0 +1,466 @@
+"""Coulomb friction on obstacles: a return mapping of each sample that touches, with its slip.
+
+A sample x_s of an edge (see `obstacle_contact`) touches with its surface, at the lever -r n from
+the centre line. From one solve to the next the material there moves by x_s - x1_s - r w x n, with
+the rotation w of the edge, which lets a round rod roll. With the slip e1 of the solve before, in
+the plane across the normal n,
+
+    u = (I - n n^T) (e1 + x_s - x1_s - r w x n),
+    t = k u          where k |u| <= mu f: the sample sticks,
+    t = mu f u / |u|     else: it slides,            e = t / k,
+
+with the normal force f, the coefficient mu, and a stiffness k that is that of contact. The rod
+feels -t at its surface: -t at x_s, and the moment r n x t on the edge. The point at rest on the
+obstacle, the anchor, lies e behind the surface. A load below mu f never moves the rod by more than
+its slip, whatever time it acts.
+
+In slip, t depends on f: its derivative is not symmetric, nor is the Hessian (which then is the
+Jacobian of the equations), so that it and its transpose are factorized. A line search takes the
+energy of friction at a limit mu f that is frozen from one iterate to the next.
+"""
+
+from lariat.kernel_cache.language import ti
+from lariat.rod.kernels.addressing import (
+    hessian_at,
+    orientation_at,
+    parameter_code_at,
+    position_at,
+    scalar,
+    sensitivity_columns_at,
+    slip_at,
+    steady_groups,
+    transposed_at,
+)
+from lariat.rod.kernels.memory import (
+    add,
+    add33,
+    bounded,
+    load3,
+    load4,
+    load33,
+    load_column,
+    store,
+    store33,
+    store_column,
+)
+from lariat.rod.kernels.rotations import (
+    cross_matrix,
+    left_jacobian_inverse,
+    log_coefficients,
+    logarithm,
+    relative_rotation,
+    rotation_matrix,
+)
+from lariat.rod.kernels.step_terms import add_parameter_derivative
+from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.launch.codes import HessianPart
+from lariat.rod.launch.layout import (
+    COLUMNS_STRIDE,
+    COLUMNS_WIDTH,
+    FRICTION_CONTACT_WIDTH,
+    FRICTION_HEAD,
+    FROZEN_FRICTION_WIDTH,
+    GROUP_COLUMNS,
+    HISTORY_SLOTS,
+    FrictionContact,
+    FrozenFriction,
+    Header,
+    ParameterCode,
+    Scalar,
+    Section,
+)
+
+
+@ti.func
+def friction_stiffness(ni: ti.template(), w: ti.template(), rod):
+    """Tangential stiffness of a sample [N/m]."""
+    length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
+    return scalar(ni, w, rod, Scalar.CONTACT_STIFFNESS) * length / ni[Header.CONTACT_SAMPLES]
+
+
+@ti.func
+def surface_radius(ni: ti.template(), w: ti.template(), rod):
+    """Radius of the rod [m]."""
+    return scalar(ni, w, rod, Scalar.CONTACT_REACH) - scalar(ni, w, rod, Scalar.CONTACT_MARGIN)
+
+
+@ti.func
+def contact_count(ni: ti.template(), w: ti.template(), rod):
+    """Number of pairs that touch."""
+    return ti.cast(w[rod + ni[Section.FRICTION_CONTACTS]], ti.i32)
+
+
+@ti.func
+def contact_at(ni: ti.template(), rod, a):
+    """Offset of a `FrictionContact`."""
+    return rod + ni[Section.FRICTION_CONTACTS] + FRICTION_HEAD + FRICTION_CONTACT_WIDTH * a
+
+
+@ti.func
+def sample_between(w: ti.template(), at, s):
+    """Point between a node and the next one, whose blocks of three numbers are at `at`."""
+    return (1.0 - s) * load3(w, at) + s * load3(w, at + 3)
+
+
+@ti.func
+def limited_energy(size, limit, k):
+    """Energy of a slip of some size, at a given largest force."""
+    return ti.select(
+        k * size <= limit, 0.5 * k * size * size, limit * size - 0.5 * limit * limit / k
+    )
+
+
+@ti.func
+def moment_arm(ni: ti.template(), w: ti.template(), rod, step, entry):
+    """Matrix M of the moment M t that a pull adds to the gradient of its edge, in its frame."""
+    edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
+    frame = rotation_matrix(load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge)))
+    normal = load3(w, entry + FrictionContact.NORMAL)
+    return -surface_radius(ni, w, rod) * (frame.transpose() @ cross_matrix(normal))
+
+
+@ti.real_func
+def friction_energy(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32, part: ti.i32) -> ti.f64:
+    """Add energy, gradient and Hessian of friction at all samples that touch.
+
+    The blocks of the transposed Hessian get the differences from those of the Hessian.
+    """
+    energy = 0.0
+    exact_return = w[rod + ni[Section.FRICTION_CONTACTS] + 1]
+    k = friction_stiffness(ni, w, rod)
+    radius = surface_radius(ni, w, rod)
+    exact = ti.select(part == HessianPart.POSITIVE, 0.0, 1.0)
+    if part != HessianPart.NONE:
+        zero = ti.Matrix.zero(ti.f64, 3, 3)
+        for j in range(2 * ni[Header.NODES] - 1):
+            m = transposed_at(ni, rod, step, j)
+            store33(w, m + 9, zero)
+            store33(w, m + 18, zero)
+    for a in range(contact_count(ni, w, rod)):
+        entry = contact_at(ni, rod, a)
+        edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
+        pair = ti.cast(w[entry + FrictionContact.PAIR], ti.i32)
+        s = w[entry + FrictionContact.PLACE]
+        n = load3(w, entry + FrictionContact.NORMAL)
+        curvature = exact * load33(w, entry + FrictionContact.CURVATURE)
+        coefficient = w[entry + FrictionContact.COEFFICIENT]
+        force = w[entry + FrictionContact.NORMAL_FORCE]
+        q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
+        q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, edge))
+        frame = rotation_matrix(q)
+        frame1 = rotation_matrix(q1)
+        relative = relative_rotation(q1, q)
+        theta = logarithm(relative)
+        c, _d = log_coefficients(relative)
+        turn = frame1 @ theta
+        by_turn = frame1 @ left_jacobian_inverse(theta, c).transpose()
+        if part == HessianPart.POSITIVE:
+            by_turn = frame
+        moved = sample_between(w, position_at(ni, rod, step + HISTORY_SLOTS, edge), s)
+        moved -= sample_between(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, edge), s)
+        moved += load3(w, slip_at(ni, rod, step, pair)) - radius * turn.cross(n)
+        off = n.dot(moved)
+        u = moved - off * n
+        size = ti.sqrt(u.dot(u)) + 1e-300
+        direction = u / size
+        slides = ti.select(k * size > coefficient * force, 1.0, 0.0)
+        frozen = frozen_at(ni, rod, pair)
+        if exact_return == 0.0 and u.dot(load3(w, frozen + FrozenFriction.DIRECTION)) < 0.0:
+            # A sample that turns back sticks in the next linear solve, whatever force that takes.
+            slides = 0.0
+        secant = ti.select(slides > 0.0, coefficient * force / size, k)
+        frozen_energy = 0.0
+        limit = w[frozen + FrozenFriction.LIMIT]
+        if exact_return > 0.0 and limit > 0.0:
+            step_from = rod + ni[Section.ACCEPTED_POSITIONS] + 3 * edge
+            q0 = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * edge)
+            n0 = load3(w, frozen + FrozenFriction.NORMAL)
+            turn0 = rotation_matrix(q0) @ logarithm(relative_rotation(q0, q))
+            v = sample_between(w, position_at(ni, rod, step + HISTORY_SLOTS, edge), s)
+            v -= sample_between(w, step_from, s) + radius * turn0.cross(n0)
+            v += load3(w, frozen + FrozenFriction.SLIP)
+            v -= n0.dot(v) * n0
+            frozen_energy = limited_energy(ti.sqrt(v.dot(v)), limit, k)
+        energy += frozen_energy
+        w[entry + FrictionContact.FROZEN_ENERGY] = frozen_energy
+        store(w, entry + FrictionContact.SLIP, u)
+        store(w, entry + FrictionContact.DIRECTION, slides * direction)
+        pull = secant * u
+        tangent = -slides * secant * direction.outer_product(direction)
+        across = -n.outer_product(n)
+        for b in ti.static(range(3)):
+            tangent[b, b] += secant
+            across[b, b] += 1.0
+        lever = radius * cross_matrix(n)
+        by_sample = across - radius * (across @ cross_matrix(turn) @ curvature)
+        by_sample -= exact * off * curvature + n.outer_product(curvature @ u)
+        by_sample = tangent @ by_sample
+        stiffening = exact * slides * coefficient * w[entry + FrictionContact.NORMAL_STIFFNESS]
+        by_sample -= stiffening * direction.outer_product(n)
+        by_rotation = tangent @ lever @ by_turn
+        moment = -(frame.transpose() @ (lever @ pull))
+        store(w, entry + FrictionContact.PULL, pull)
+        store33(w, entry + FrictionContact.BY_SAMPLE, by_sample)
+        store33(w, entry + FrictionContact.BY_ROTATION, by_rotation)
+        store33(w, entry + FrictionContact.BY_SLIP, tangent @ across)
+        store(w, entry + FrictionContact.BY_COEFFICIENT, slides * force * direction)
+        g = rod + ni[Section.GRADIENT] + 6 * edge
+        add(w, g, (1.0 - s) * pull)
+        add(w, g + 3, moment)
+        add(w, g + 6, s * pull)
+        if part != HessianPart.NONE:
+            back = -1.0 * frame.transpose()
+            moment_by_sample = back @ (
+                lever @ by_sample - radius * (cross_matrix(pull) @ curvature)
+            )
+            # The energies leave out half of the cross matrix of their moments, which add up to
+            # zero with this one at the solution.
+            moment_by_rotation = back @ lever @ by_rotation
+            moment_by_rotation += (0.5 * exact) * cross_matrix(moment)
+            m = hessian_at(ni, rod, step, 2 * edge)
+            r = transposed_at(ni, rod, step, 2 * edge)
+            add33(w, m, ((1.0 - s) * (1.0 - s)) * by_sample)
+            add33(w, m + 9, (1.0 - s) * moment_by_sample)
+            add33(w, m + 18, (s * (1.0 - s)) * by_sample)
+            add33(w, m + 27, moment_by_rotation)
+            add33(w, m + 36, s * by_rotation)
+            add33(w, m + 54, (s * s) * by_sample)
+            lopsided = by_rotation.transpose() - moment_by_sample
+            add33(w, r + 9, (1.0 - s) * lopsided)
+            add33(w, r + 18, (s * (1.0 - s)) * (by_sample.transpose() - by_sample))
+            add33(w, r + 36, -s * lopsided.transpose())
+    return energy
+
+
+@ti.func
+def frozen_at(ni: ti.template(), rod, pair):
+    """Offset of a `FrozenFriction`."""
+    return rod + ni[Section.FROZEN_FRICTION] + FROZEN_FRICTION_WIDTH * pair
+
+
+@ti.real_func
+def freeze_friction(ni: Integers, w: Doubles, rod: ti.i32) -> ti.f64:
+    """Freeze all pairs at the accepted iterate; return the change of energy by that."""
+    change = 0.0
+    k = friction_stiffness(ni, w, rod)
+    for pair in range(ni[Header.FRICTION_PAIRS]):
+        at = frozen_at(ni, rod, pair)
+        store(w, at + FrozenFriction.DIRECTION, ti.Vector([0.0, 0.0, 0.0]))
+        w[at + FrozenFriction.LIMIT] = 0.0
+    for a in range(contact_count(ni, w, rod)):
+        entry = contact_at(ni, rod, a)
+        at = frozen_at(ni, rod, ti.cast(w[entry + FrictionContact.PAIR], ti.i32))
+        limit = w[entry + FrictionContact.COEFFICIENT] * w[entry + FrictionContact.NORMAL_FORCE]
+        slip = load3(w, entry + FrictionContact.SLIP)
+        change += limited_energy(ti.sqrt(slip.dot(slip)), limit, k)
+        change -= w[entry + FrictionContact.FROZEN_ENERGY]
+        store(w, at + FrozenFriction.DIRECTION, load3(w, entry + FrictionContact.DIRECTION))
+        store(w, at + FrozenFriction.NORMAL, load3(w, entry + FrictionContact.NORMAL))
+        store(w, at + FrozenFriction.SLIP, slip)
+        w[at + FrozenFriction.LIMIT] = limit
+    return change
+
+
+@ti.real_func
+def update_slips(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32) -> ti.i32:
+    """Set the slips after a solve; that of a sample that does not touch is zero."""
+    k = friction_stiffness(ni, w, rod)
+    for pair in range(3 * ni[Header.FRICTION_PAIRS]):
+        w[slip_at(ni, rod, step + 1, 0) + pair] = 0.0
+    for a in range(contact_count(ni, w, rod)):
+        entry = contact_at(ni, rod, a)
+        pair = ti.cast(w[entry + FrictionContact.PAIR], ti.i32)
+        store(w, slip_at(ni, rod, step + 1, pair), load3(w, entry + FrictionContact.PULL) / k)
+    return 0
+
+
+@ti.real_func
+def friction_parameter_derivatives(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32) -> ti.i32:
+    """Add friction to the derivatives in coefficients, and its moments to those in the length.
+
+    The forces of contact in the gradient, which are proportional to the length, contain its forces.
+    """
+    edges = ni[Header.END_EDGE] - ni[Header.FIRST_EDGE]
+    per_length = 1.0 / (edges * scalar(ni, w, rod, Scalar.EDGE_LENGTH))
+    for p in range(ni[Header.PARAMETERS]):
+        code = ni[parameter_code_at(ni, p)]
+        body = ni[parameter_code_at(ni, p) + 1]
+        for a in range(contact_count(ni, w, rod)):
+            entry = contact_at(ni, rod, a)
+            edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
+            s = w[entry + FrictionContact.PLACE]
+            arm = moment_arm(ni, w, rod, step, entry)
+            if code == ParameterCode.LENGTH:
+                moment = per_length * (arm @ load3(w, entry + FrictionContact.PULL))
+                add_parameter_derivative(ni, w, rod, p, 2 * edge + 1, moment)
+            elif code == ParameterCode.FRICTION and body == obstacle_of(ni, w, entry):
+                pull = load3(w, entry + FrictionContact.BY_COEFFICIENT)
+                add_parameter_derivative(ni, w, rod, p, 2 * edge, (1.0 - s) * pull)
+                add_parameter_derivative(ni, w, rod, p, 2 * edge + 1, arm @ pull)
+                add_parameter_derivative(ni, w, rod, p, 2 * edge + 2, s * pull)
+    return 0
+
+
+@ti.func
+def obstacle_of(ni: ti.template(), w: ti.template(), entry):
+    """Index of the obstacle of a pair."""
+    pairs = (ni[Header.END_EDGE] - ni[Header.FIRST_EDGE]) * ni[Header.CONTACT_SAMPLES]
+    return ti.cast(w[entry + FrictionContact.PAIR], ti.i32) // pairs
+
+
+@ti.func
+def slip_columns_at(ni: ti.template(), rod, group, pair):
+    """Offset of the columns of a slip, for a group."""
+    place = group * ni[Header.FRICTION_PAIRS] + pair
+    return bounded(rod + ni[Section.SLIP_SENSITIVITIES] + COLUMNS_WIDTH * place)
+
+
+@ti.func
+def pull_before(ni: ti.template(), w: ti.template(), rod, step, group, history, entry, c):
+    """Derivative of the pull, in column c, through what was before the solve."""
+    edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
+    pair = ti.cast(w[entry + FrictionContact.PAIR], ti.i32)
+    s = w[entry + FrictionContact.PLACE]
+    slip = slip_columns_at(ni, rod, group, pair)
+    touched = w[rod + ni[Section.SLIP_STAMPS] + pair] == step - 1
+    at = bounded(sensitivity_columns_at(ni, rod, group)[0] + 2 * COLUMNS_STRIDE * edge) + c
+    old = at + COLUMNS_WIDTH
+    known = ti.select(history > 0, 1.0, 0.0)
+    moved = (1.0 - s) * load_column(w, old) + s * load_column(w, old + 2 * COLUMNS_STRIDE)
+    moved = ti.select(touched, load_column(w, slip + c), 0.0) - ti.select(known > 0.0, moved, 0.0)
+    turned = ti.select(known > 0.0, load_column(w, old + COLUMNS_STRIDE), 0.0)
+    return (
+        load33(w, entry + FrictionContact.BY_SLIP) @ moved
+        - load33(w, entry + FrictionContact.BY_ROTATION) @ turned
+    )
+
+
+@ti.real_func
+def friction_sensitivities(
+    ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32, group: ti.i32, history: ti.i32
+) -> ti.i32:
+    """Subtract from a group of columns what friction takes over from before the solve.
+
+    Args:
+        group: Group of columns.
+        history: Number of solves before this one that they depend on.
+    """
+    first = ni[Header.FIRST_FREE]
+    end = ni[Header.END_FREE]
+    start = sensitivity_columns_at(ni, rod, group)[0]
+    for a in range(contact_count(ni, w, rod)):
+        entry = contact_at(ni, rod, a)
+        edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
+        s = w[entry + FrictionContact.PLACE]
+        arm = moment_arm(ni, w, rod, step, entry)
+        at = bounded(start + 2 * COLUMNS_STRIDE * edge)
+        for c in range(GROUP_COLUMNS):
+            pull = pull_before(ni, w, rod, step, group, history, entry, c)
+            if 2 * edge >= first:
+                store_column(w, at + c, load_column(w, at + c) - (1.0 - s) * pull)
+            to = at + COLUMNS_STRIDE + c
+            store_column(w, to, load_column(w, to) - arm @ pull)
+            to += COLUMNS_STRIDE
+            if 2 * edge + 2 < end:
+                store_column(w, to, load_column(w, to) - s * pull)
+    return 0
+
+
+@ti.real_func
+def slip_sensitivities(
+    ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32, group: ti.i32, history: ti.i32
+) -> ti.i32:
+    """Carry the columns of the slips over a solve, after those of the unknowns."""
+    k = friction_stiffness(ni, w, rod)
+    driven = ni[Header.ACTION_GROUPS]
+    start = sensitivity_columns_at(ni, rod, group)[0]
+    for a in range(contact_count(ni, w, rod)):
+        entry = contact_at(ni, rod, a)
+        edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
+        pair = ti.cast(w[entry + FrictionContact.PAIR], ti.i32)
+        s = w[entry + FrictionContact.PLACE]
+        by_sample = load33(w, entry + FrictionContact.BY_SAMPLE)
+        by_rotation = load33(w, entry + FrictionContact.BY_ROTATION)
+        at = bounded(start + 2 * COLUMNS_STRIDE * edge)
+        to = slip_columns_at(ni, rod, group, pair)
+        for c in range(GROUP_COLUMNS):
+            pull = pull_before(ni, w, rod, step, group, history, entry, c)
+            x = load_column(w, at + c)
+            x = (1.0 - s) * x + s * load_column(w, at + 2 * COLUMNS_STRIDE + c)
+            pull += by_sample @ x + by_rotation @ load_column(w, at + COLUMNS_STRIDE + c)
+            p = (group - driven) * GROUP_COLUMNS + c
+            if group >= driven and group < steady_groups(ni) and p < ni[Header.PARAMETERS]:
+                code = parameter_code_at(ni, p)
+                if ni[code] == ParameterCode.FRICTION and ni[code + 1] == obstacle_of(ni, w, entry):
+                    pull += load3(w, entry + FrictionContact.BY_COEFFICIENT)
+            store_column(w, to + c, pull / k)
+    return 0
+
+
+@ti.real_func
+def stamp_slips(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32) -> ti.i32:
+    """Mark the pairs that touch, of which the columns of the slips hold."""
+    for a in range(contact_count(ni, w, rod)):
+        pair = ti.cast(w[contact_at(ni, rod, a) + FrictionContact.PAIR], ti.i32)
+        w[rod + ni[Section.SLIP_STAMPS] + pair] = step
+    return 0
+
+
+@ti.real_func
+def seed_slips(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32) -> ti.i32:
+    """Carry the adjoint of the slips after a solve on to its unknowns."""
+    k = friction_stiffness(ni, w, rod)
+    new = rod + ni[Section.ADJOINT] + 3 * (2 * ni[Header.NODES] - 1) * (step + HISTORY_SLOTS)
+    slips = rod + ni[Section.SLIP_ADJOINT]
+    for a in range(contact_count(ni, w, rod)):
+        entry = contact_at(ni, rod, a)
+        edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
+        s = w[entry + FrictionContact.PLACE]
+        carried = load3(w, slips + 3 * ti.cast(w[entry + FrictionContact.PAIR], ti.i32)) / k
+        store(w, entry + FrictionContact.CARRIED, carried)
+        x = load33(w, entry + FrictionContact.BY_SAMPLE).transpose() @ carried
+        turn = load33(w, entry + FrictionContact.BY_ROTATION).transpose() @ carried
+        add(w, new + 6 * edge, (1.0 - s) * x)
+        add(w, new + 6 * edge + 3, turn)
+        add(w, new + 6 * edge + 6, s * x)
+    for j in range(3 * ni[Header.FRICTION_PAIRS]):
+        w[slips + j] = 0.0
+    return 0
+
+
+@ti.real_func
+def friction_adjoint(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32) -> ti.i32:
+    """Carry the adjoint of a solve over friction to the solve and the slips before it.
+
+    Driven blocks take no part in the solve: only the free ones pull.
+    """
+    first = ni[Header.FIRST_FREE]
+    end = ni[Header.END_FREE]
+    count = 2 * ni[Header.NODES] - 1
+    new = rod + ni[Section.ADJOINT] + 3 * count * (step + HISTORY_SLOTS)
+    old = new - 3 * count
+    for a in range(contact_count(ni, w, rod)):
+        entry = contact_at(ni, rod, a)
+        edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
+        pair = ti.cast(w[entry + FrictionContact.PAIR], ti.i32)
+        s = w[entry + FrictionContact.PLACE]
+        arm = moment_arm(ni, w, rod, step, entry)
+        pull = load3(w, entry + FrictionContact.CARRIED)
+        pull -= arm.transpose() @ load3(w, new + 6 * edge + 3)
+        if 2 * edge >= first:
+            pull -= (1.0 - s) * load3(w, new + 6 * edge)
+        if 2 * edge + 2 < end:
+            pull -= s * load3(w, new + 6 * edge + 6)
+        slip = load33(w, entry + FrictionContact.BY_SLIP).transpose() @ pull
+        turn = load33(w, entry + FrictionContact.BY_ROTATION).transpose() @ pull
+        store(w, rod + ni[Section.SLIP_ADJOINT] + 3 * pair, slip)
+        add(w, old + 6 * edge, -(1.0 - s) * slip)
+        add(w, old + 6 * edge + 3, -turn)
+        add(w, old + 6 * edge + 6, -s * slip)
+        carried = load3(w, entry + FrictionContact.CARRIED)
+        for p in range(ni[Header.PARAMETERS]):
+            code = parameter_code_at(ni, p)
+            if ni[code] == ParameterCode.FRICTION and ni[code + 1] == obstacle_of(ni, w, entry):
+                to = rod + ni[Section.PARAMETERS_OUT] + p
+                w[to] = w[to] + carried.dot(load3(w, entry + FrictionContact.BY_COEFFICIENT))
+    return 0

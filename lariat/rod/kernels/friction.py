@@ -136,28 +136,46 @@ def friction_energy(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32, part: t
             m = transposed_at(ni, rod, step, j)
             store33(w, m + 9, zero)
             store33(w, m + 18, zero)
+    # Chords and the last look at the slips take the forces alone.
+    with_matrices = part != HessianPart.NONE or (exact_return > 0.0 and ni[Header.DERIVATIVES] > 0)
+    edge = -1
+    frame = ti.Matrix.zero(ti.f64, 3, 3)
+    by_turn = frame
+    x = ti.Vector([0.0, 0.0, 0.0])
+    moved_start = x
+    moved_end = x
+    turn = x
+    start = x
+    end = x
     for a in range(contact_count(ni, w, rod)):
         entry = contact_at(ni, rod, a)
-        edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
+        if ti.cast(w[entry + FrictionContact.EDGE], ti.i32) != edge:
+            edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
+            q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, edge))
+            relative = relative_rotation(
+                q1, load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
+            )
+            theta = logarithm(relative)
+            by_turn = rotation_matrix(q1)
+            turn = by_turn @ theta
+            frame = rotation_matrix(load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge)))
+            if part == HessianPart.POSITIVE:
+                by_turn = frame
+            else:
+                c, _d = log_coefficients(relative)
+                by_turn = by_turn @ left_jacobian_inverse(theta, c).transpose()
+            at = position_at(ni, rod, step + HISTORY_SLOTS, edge)
+            before = position_at(ni, rod, step + HISTORY_SLOTS - 1, edge)
+            start = load3(w, at)
+            end = load3(w, at + 3)
+            moved_start = start - load3(w, before)
+            moved_end = end - load3(w, before + 3)
         pair = ti.cast(w[entry + FrictionContact.PAIR], ti.i32)
         s = w[entry + FrictionContact.PLACE]
         n = load3(w, entry + FrictionContact.NORMAL)
-        curvature = exact * load33(w, entry + FrictionContact.CURVATURE)
         coefficient = w[entry + FrictionContact.COEFFICIENT]
         force = w[entry + FrictionContact.NORMAL_FORCE]
-        q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
-        q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, edge))
-        frame = rotation_matrix(q)
-        frame1 = rotation_matrix(q1)
-        relative = relative_rotation(q1, q)
-        theta = logarithm(relative)
-        c, _d = log_coefficients(relative)
-        turn = frame1 @ theta
-        by_turn = frame1 @ left_jacobian_inverse(theta, c).transpose()
-        if part == HessianPart.POSITIVE:
-            by_turn = frame
-        moved = sample_between(w, position_at(ni, rod, step + HISTORY_SLOTS, edge), s)
-        moved -= sample_between(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, edge), s)
+        moved = (1.0 - s) * moved_start + s * moved_end
         moved += load3(w, slip_at(ni, rod, step, pair)) - radius * turn.cross(n)
         off = n.dot(moved)
         u = moved - off * n
@@ -165,70 +183,80 @@ def friction_energy(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32, part: t
         direction = u / size
         slides = ti.select(k * size > coefficient * force, 1.0, 0.0)
         frozen = frozen_at(ni, rod, pair)
-        if exact_return == 0.0 and u.dot(load3(w, frozen + FrozenFriction.DIRECTION)) < 0.0:
+        slid = load3(w, frozen + FrozenFriction.DIRECTION)
+        if exact_return < 0.0 and w[frozen + FrozenFriction.LIMIT] > 0.0:
+            # The first iterate of a solve slides where the solve before did.
+            slides = ti.select(slid.dot(slid) > 0.0, 1.0, 0.0)
+        if exact_return <= 0.0 and u.dot(slid) < 0.0:
             # A sample that turns back sticks in the next linear solve, whatever force that takes.
             slides = 0.0
         secant = ti.select(slides > 0.0, coefficient * force / size, k)
         frozen_energy = 0.0
         limit = w[frozen + FrozenFriction.LIMIT]
         if exact_return > 0.0 and limit > 0.0:
-            step_from = rod + ni[Section.ACCEPTED_POSITIONS] + 3 * edge
-            q0 = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * edge)
+            accepted = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * edge)
+            now = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
             n0 = load3(w, frozen + FrozenFriction.NORMAL)
-            turn0 = rotation_matrix(q0) @ logarithm(relative_rotation(q0, q))
-            v = sample_between(w, position_at(ni, rod, step + HISTORY_SLOTS, edge), s)
-            v -= sample_between(w, step_from, s) + radius * turn0.cross(n0)
+            turn0 = rotation_matrix(accepted) @ logarithm(relative_rotation(accepted, now))
+            v = (1.0 - s) * start + s * end - radius * turn0.cross(n0)
+            v -= sample_between(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * edge, s)
             v += load3(w, frozen + FrozenFriction.SLIP)
             v -= n0.dot(v) * n0
             frozen_energy = limited_energy(ti.sqrt(v.dot(v)), limit, k)
         energy += frozen_energy
+        pull = secant * u
+        moment = -radius * (frame.transpose() @ n.cross(pull))
         w[entry + FrictionContact.FROZEN_ENERGY] = frozen_energy
         store(w, entry + FrictionContact.SLIP, u)
         store(w, entry + FrictionContact.DIRECTION, slides * direction)
-        pull = secant * u
-        tangent = -slides * secant * direction.outer_product(direction)
-        across = -n.outer_product(n)
-        for b in ti.static(range(3)):
-            tangent[b, b] += secant
-            across[b, b] += 1.0
-        lever = radius * cross_matrix(n)
-        by_sample = across - radius * (across @ cross_matrix(turn) @ curvature)
-        by_sample -= exact * off * curvature + n.outer_product(curvature @ u)
-        by_sample = tangent @ by_sample
-        stiffening = exact * slides * coefficient * w[entry + FrictionContact.NORMAL_STIFFNESS]
-        by_sample -= stiffening * direction.outer_product(n)
-        by_rotation = tangent @ lever @ by_turn
-        moment = -(frame.transpose() @ (lever @ pull))
         store(w, entry + FrictionContact.PULL, pull)
-        store33(w, entry + FrictionContact.BY_SAMPLE, by_sample)
-        store33(w, entry + FrictionContact.BY_ROTATION, by_rotation)
-        store33(w, entry + FrictionContact.BY_SLIP, tangent @ across)
-        store(w, entry + FrictionContact.BY_COEFFICIENT, slides * force * direction)
         g = rod + ni[Section.GRADIENT] + 6 * edge
         add(w, g, (1.0 - s) * pull)
         add(w, g + 3, moment)
         add(w, g + 6, s * pull)
-        if part != HessianPart.NONE:
-            back = -1.0 * frame.transpose()
-            moment_by_sample = back @ (
-                lever @ by_sample - radius * (cross_matrix(pull) @ curvature)
-            )
-            # The energies leave out half of the cross matrix of their moments, which add up to
-            # zero with this one at the solution.
-            moment_by_rotation = back @ lever @ by_rotation
-            moment_by_rotation += (0.5 * exact) * cross_matrix(moment)
-            m = hessian_at(ni, rod, step, 2 * edge)
-            r = transposed_at(ni, rod, step, 2 * edge)
-            add33(w, m, ((1.0 - s) * (1.0 - s)) * by_sample)
-            add33(w, m + 9, (1.0 - s) * moment_by_sample)
-            add33(w, m + 18, (s * (1.0 - s)) * by_sample)
-            add33(w, m + 27, moment_by_rotation)
-            add33(w, m + 36, s * by_rotation)
-            add33(w, m + 54, (s * s) * by_sample)
-            lopsided = by_rotation.transpose() - moment_by_sample
-            add33(w, r + 9, (1.0 - s) * lopsided)
-            add33(w, r + 18, (s * (1.0 - s)) * (by_sample.transpose() - by_sample))
-            add33(w, r + 36, -s * lopsided.transpose())
+        if with_matrices:
+            across = -n.outer_product(n)
+            for b in ti.static(range(3)):
+                across[b, b] += 1.0
+            along = slides * direction
+            by_slip = secant * (across - along.outer_product(direction))
+            arm = -radius * (frame.transpose() @ cross_matrix(n))
+            # A turn of the edge moves the surface by the transpose of the arm, but for a long step.
+            by_rotation = radius * (cross_matrix(n) @ by_turn)
+            by_rotation -= along.outer_product(by_rotation.transpose() @ direction)
+            by_rotation *= secant
+            stiffening = exact * coefficient * w[entry + FrictionContact.NORMAL_STIFFNESS]
+            by_sample = by_slip - (stiffening * along).outer_product(n)
+            moment_by_sample = arm @ by_sample
+            if part != HessianPart.POSITIVE:
+                curvature = load33(w, entry + FrictionContact.CURVATURE)
+                bent = radius * (by_slip @ cross_matrix(turn) @ curvature)
+                bent += (secant * off) * (
+                    curvature - along.outer_product(curvature @ direction)
+                ) + n.outer_product(curvature @ pull)
+                by_sample -= bent
+                moment_by_sample -= arm @ bent
+                moment_by_sample += radius * (frame.transpose() @ (cross_matrix(pull) @ curvature))
+            store33(w, entry + FrictionContact.BY_SAMPLE, by_sample)
+            store33(w, entry + FrictionContact.BY_ROTATION, by_rotation)
+            store33(w, entry + FrictionContact.BY_SLIP, by_slip)
+            store(w, entry + FrictionContact.BY_COEFFICIENT, force * along)
+            if part != HessianPart.NONE:
+                # The energies leave out half of the cross matrix of their moments, which add up to
+                # zero with this one at the solution.
+                moment_by_rotation = arm @ by_rotation + (0.5 * exact) * cross_matrix(moment)
+                m = hessian_at(ni, rod, step, 2 * edge)
+                r = transposed_at(ni, rod, step, 2 * edge)
+                add33(w, m, ((1.0 - s) * (1.0 - s)) * by_sample)
+                add33(w, m + 9, (1.0 - s) * moment_by_sample)
+                add33(w, m + 18, (s * (1.0 - s)) * by_sample)
+                add33(w, m + 27, moment_by_rotation)
+                add33(w, m + 36, s * by_rotation)
+                add33(w, m + 54, (s * s) * by_sample)
+                lopsided = by_rotation.transpose() - moment_by_sample
+                add33(w, r + 9, (1.0 - s) * lopsided)
+                add33(w, r + 18, (s * (1.0 - s)) * (by_sample.transpose() - by_sample))
+                add33(w, r + 36, -s * lopsided.transpose())
     return energy
 
 
@@ -243,6 +271,8 @@ def freeze_friction(ni: Integers, w: Doubles, rod: ti.i32) -> ti.f64:
     """Freeze all pairs at the accepted iterate; return the change of energy by that."""
     change = 0.0
     k = friction_stiffness(ni, w, rod)
+    head = rod + ni[Section.FRICTION_CONTACTS]
+    w[head + 1] = ti.max(w[head + 1], 0.0)
     for pair in range(ni[Header.FRICTION_PAIRS]):
         at = frozen_at(ni, rod, pair)
         store(w, at + FrozenFriction.DIRECTION, ti.Vector([0.0, 0.0, 0.0]))

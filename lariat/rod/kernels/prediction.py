@@ -169,11 +169,8 @@ def predict(
         share = 0.0
         if arg == 1 and unobstructed and strain < 2.0 * length:
             share = 1.0
-            if ni[Header.FRICTION_PAIRS] > 0:
-                # From the target, a point that sticks would seem to slide, one way or the other.
-                share = ti.select(w[rod + ni[Section.FRICTION_CONTACTS]] > 0.0, 0.0, 1.0)
         if ni[Header.FRICTION_PAIRS] > 0:
-            w[rod + ni[Section.FRICTION_CONTACTS] + 1] = 1.0 - arg
+            w[rod + ni[Section.FRICTION_CONTACTS] + 1] = 1.0 - 2.0 * arg
         for i in range(n):
             x1 = load3(w, positions + 3 * (i - n))
             store(w, positions + 3 * i, x1 + share * (load3(w, target_positions + 3 * i) - x1))

@@ -38,23 +38,28 @@ def trials() -> list[Trial]:
     box = Obstacle("box", (0.3, 0.0, 0.2), size=(0.1, 0.1, 0.17))
     cone = Obstacle("cone", (0.1, 0.0, 0.24), radius=0.05, height=0.1)
     scene = pack([bar, box, cone])
+    rough = pack([replace(bar, friction=0.3), box, cone])
     rng = np.random.default_rng(0)
     actions = rng.uniform(-0.3, 0.3, (2, 3, 2, 6))
     cost = rng.standard_normal((2, 3, 12, 3))
     names = ("bending_stiffness", "length", "damping", "internal_damping", "drag_coefficient")
     found = []
-    for kinds, self_contact in (
-        (Derivatives.ADJOINT, False),
-        (Derivatives.SENSITIVITIES, False),
-        (Derivatives(0), True),
+    for kinds, self_contact, friction in (
+        (Derivatives.ADJOINT, False, False),
+        (Derivatives.SENSITIVITIES, False, False),
+        (Derivatives(0), True, False),
+        (Derivatives.ADJOINT, False, True),
+        (Derivatives.SENSITIVITIES, False, True),
     ):
-        model = ImplicitRodModel(properties, 12, scheme="sdirk2", self_contact=self_contact)
+        scheme = "euler" if friction else "sdirk2"
+        model = ImplicitRodModel(properties, 12, scheme=scheme, self_contact=self_contact)
         state = straight(model, (0.0, 0.0, 0.3), (1.0, 0.0, 0.3))
         request = DerivativeRequest(
             kinds, names if kinds else (), d_cost_d_positions=cost if kinds else None
         )
         states = [state, replace(state, velocities=state.velocities + 0.1)]
-        spec = RolloutSpec(states, actions, 0.02, obstacles=scene)
+        bodies = rough if friction else scene
+        spec = RolloutSpec(states, actions, 0.02, obstacles=bodies)
         launch = prepare(model, pack_constants(model), BufferPool(), spec, request)
         arguments = (*kernel_arrays(launch.integers, launch.doubles), launch.sizes.batch)
         found.append(Trial(arguments, [launch.section(name) for name in RESULTS]))

@@ -1,0 +1,246 @@
+"""Friction: a rope on a slope, round a post, over a bar and over the edge of a table.
+
+Every case has a closed form for the load at which the rope begins to slide. The error is that of
+the load at which the rod does, as found by bisection, or of its motion where it must not move.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from jaxtyping import Float64
+
+from benchmarks.physics.convergence import Case, Error
+from lariat.geometry import Obstacle, pack, poses
+from lariat.rod import Rod, RodProperties, RodState, RolloutSpec, state_along
+
+GRAVITY = 9.81
+"""Gravitational acceleration [m/s^2]."""
+COEFFICIENT = 0.3
+"""Coefficient of friction [-]."""
+NODE_COUNTS = (40, 80, 160)
+"""Numbers of nodes of the rods."""
+STEPS = (1.0, 5.0, 20.0)
+"""Time steps of the slope and of the post [ms]."""
+POST = 0.02
+"""Radius of the post [m]."""
+BAR = 0.05
+"""Radius of the bar, and of the round edge of the table [m]."""
+THIN = RodProperties(1.0, 0.001, 0.02, 1e5, damping=1.0, contact_stiffness=1e6, contact_margin=1e-4)
+"""Thin rope that hangs; its length is that of the case."""
+SLIDING = 0.004
+"""Motion of a rope that slides, in `HELD_STEPS` steps without inertia [m]."""
+HELD_STEPS, HELD_STEP = 60, 0.05
+"""Steps that tell a rope that slides from one that stays, and their duration [s]."""
+MAX_ERROR = 2.0
+"""Largest error of a load [%]."""
+MAX_MOTION = 1e-3
+"""Largest motion of a rope that stays [mm]."""
+ACROSS = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
+"""Orientation of a cylinder along y."""
+FREE = np.array([1.0, 0.0, 0.0, 0.0])
+"""Orientation of an end that is not clamped."""
+
+
+def slope_motion(
+    share: float,
+    node_count: int = 40,
+    dt: float = 0.02,
+    seconds: float = 60.0,
+    damping: float = 1.0,
+    across: bool = False,
+) -> float:
+    """Return how far a free rope on a slope has moved [m].
+
+    Args:
+        share: Tangent of the slope over the coefficient of friction [-].
+        node_count: Number of nodes.
+        dt: Time step [s].
+        seconds: Duration [s].
+        damping: Damping of the rope [1/s].
+        across: Whether the rope lies across the slope, where it rolls.
+    """
+    angle = math.atan(share * COEFFICIENT)
+    gravity = (GRAVITY * math.sin(angle), 0.0, -GRAVITY * math.cos(angle))
+    rope = RodProperties(0.4, 0.008, 0.044, 1e6, damping=damping)
+    rod = Rod(rope, node_count, "free", "free", gravity)
+    slope = pack([Obstacle("half_space", (0.0, 0.0, 0.0), friction=COEFFICIENT)])
+    # The rope begins where the penalty of contact carries its weight.
+    load = GRAVITY * math.cos(angle) * rope.linear_density
+    depth = math.sqrt(2.0 * rope.contact_margin * load / rope.effective_contact_stiffness)
+    height = 0.5 * rope.diameter + rope.contact_margin - depth
+    away = (0.0, 1.0, height) if across else (1.0, 0.0, height)
+    start = rod.straight((0.0, 0.0, height), away)
+    spec = RolloutSpec(start, np.zeros((1, 2, 6)), dt, round(seconds / dt), obstacles=slope)
+    moved = rod.rollout(spec).positions[-1] - start.positions
+    return float(np.max(np.abs(moved[:, :2])))
+
+
+def post_exponent(
+    radius: float, node_count: int = 80, dt: float = 0.01, coefficient: float = COEFFICIENT
+) -> float:
+    """Return the growth of tension per radian of a rope that is drawn half way round a post [-].
+
+    Args:
+        radius: Radius of the rope [m].
+        node_count: Number of nodes.
+        dt: Time step [s].
+        coefficient: Coefficient of friction [-].
+    """
+    lead, centre = 0.05, POST + radius
+    length = math.pi * centre + 2.0 * lead
+    rope = RodProperties(length, 2.0 * radius, 0.02, 2e4, damping=20.0, contact_margin=1e-4)
+    rod = Rod(rope, node_count, "pinned", "pinned", (0.0, 0.0, 0.0))
+    start = _over(rod, lead, centre)
+    post = pack([Obstacle("cylinder", (0, 0, 0), ACROSS, POST, height=0.5, friction=coefficient)])
+    actions = np.zeros((round(1.2 / dt), 2, 6))
+    loading = round(0.2 / dt)
+    actions[:loading, :, 2] = -0.5 * length / rope.stretch_stiffness / 0.2
+    actions[loading:, :, 2] = 0.002, -0.002
+    final = rod.rollout(RolloutSpec(start, actions, dt, obstacles=post)).final
+    edges = np.diff(final.positions, axis=0) / rod.edge_length
+    forces = edges - poses.rotate(final.orientations, np.array([0.0, 0.0, 1.0]))
+    tensions = np.linalg.norm(forces, axis=1)
+    return float(math.log(tensions[-1] / tensions[0]) / math.pi)
+
+
+def post_truth(radius: float, coefficient: float = COEFFICIENT) -> float:
+    """Return the growth of tension per radian of a rope of some thickness round the post [-]."""
+    centre = POST + radius
+    root = math.sqrt(1.0 + 4.0 * coefficient**2 * radius * POST / centre**2)
+    return centre * (root - 1.0) / (2.0 * radius * coefficient)
+
+
+def bar_motion(share: float, node_count: int = 80, short: float = 0.1) -> float:
+    """Return how far a rope moves that hangs over a bar [m].
+
+    Args:
+        share: Length of the long end over that at which it begins to slide [-].
+        node_count: Number of nodes.
+        short: Length of the short end [m].
+    """
+    growth, centre = math.exp(COEFFICIENT * math.pi), BAR + THIN.diameter / 2.0
+    weight = 2.0 * COEFFICIENT / (1.0 + COEFFICIENT**2) * (growth + 1.0)
+    long = share * (growth * short + centre * weight)
+    rod = _hanging(short + math.pi * centre + long, node_count)
+    bar = Obstacle("cylinder", (0.0, 0.0, 0.0), ACROSS, BAR, height=0.5, friction=COEFFICIENT)
+    return _motion(rod, _over(rod, short, centre), [bar])
+
+
+def edge_motion(share: float, node_count: int = 80, rough: bool = True) -> float:
+    """Return how far a rope moves that hangs over the round edge of a table [m].
+
+    Args:
+        share: Length of the hanging end over that at which it begins to slide [-].
+        node_count: Number of nodes.
+        rough: Whether the edge has the friction of the table, or none.
+    """
+    lying, centre, edge = 0.5, BAR + THIN.diameter / 2.0, COEFFICIENT if rough else 0.0
+    sine, cosine = 2.0 * edge / (1.0 + edge**2), (1.0 - edge**2) / (1.0 + edge**2)
+    growth = math.exp(0.5 * edge * math.pi)
+    hanging = growth * (COEFFICIENT * lying - centre * cosine) + centre * sine
+    rod = _hanging(lying + 0.5 * math.pi * centre + share * hanging, node_count)
+    table = Obstacle("box", (-0.5, 0.0, -0.05), size=(1.0, 0.5, 0.1), friction=COEFFICIENT)
+    roller = Obstacle("cylinder", (0.0, 0.0, -BAR), ACROSS, BAR, height=0.5, friction=edge)
+    return _motion(rod, _over(rod, lying, centre, lies=True), [table, roller])
+
+
+def _hanging(length: float, node_count: int) -> Rod:
+    rope = RodProperties(**{**THIN.__dict__, "length": length})
+    return Rod(rope, node_count, "free", "free")
+
+
+def _over(rod: Rod, lead: float, centre: float, lies: bool = False) -> RodState:
+    """Return a rope that hangs, or lies on a table, until its arc at a distance, and then hangs.
+
+    Args:
+        rod: Rope.
+        lead: Length before the arc [m].
+        centre: Radius of the arc of the centre line, about the y axis [m].
+        lies: Whether the arc begins at its top, which then is at z = rope's radius.
+    """
+    s = np.linspace(0.0, rod.properties.length, rod.node_count) - lead
+    arc = 0.5 * math.pi if lies else math.pi
+    first = 0.0 if lies else -0.5 * math.pi
+    angle = first + np.clip(s / centre, 0.0, arc)
+    before, after = np.minimum(s, 0.0), np.maximum(s - arc * centre, 0.0)
+    x = centre * np.sin(angle) + before * math.cos(first)
+    z = centre * np.cos(angle) - before * math.sin(first) - after
+    drop = BAR if lies else 0.0
+    nodes = np.stack([x, np.zeros_like(x), z - drop], axis=1)
+    return state_along(nodes, FREE, FREE, rod.model.clamps)
+
+
+def _motion(rod: Rod, start: RodState, bodies: list[Obstacle]) -> float:
+    durations = np.full(HELD_STEPS, HELD_STEP)
+    still = np.zeros((HELD_STEPS, 2, 6))
+    motion, _stable = rod.settle(start, still, durations, pack(bodies))
+    # Loads come on in the first third: the rope stretches, and its slips grow.
+    moved = motion.positions[-1] - motion.positions[HELD_STEPS // 3]
+    return float(np.linalg.norm(moved, axis=1).max())
+
+
+def critical_error(motion: Callable[[float, int], float], node_count: int) -> Error:
+    """Return the error of the load at which a rope begins to slide [%]."""
+    low, high = 0.9, 1.1
+    for _ in range(7):
+        middle = 0.5 * (low + high)
+        if motion(middle, node_count) > SLIDING:
+            high = middle
+        else:
+            low = middle
+    return Error(abs(50.0 * (low + high) - 100.0))
+
+
+def _slope(dt: float, node_count: int) -> Error:
+    return Error(1e3 * slope_motion(0.97, node_count, dt))
+
+
+def _post(radius: float, dt: float, node_count: int) -> Error:
+    found, truth = post_exponent(radius, node_count, dt), post_truth(radius)
+    return Error(100.0 * abs(found / truth - 1.0))
+
+
+def _bounds(bound: float) -> dict[int, float]:
+    return dict.fromkeys(NODE_COUNTS, bound)
+
+
+CASES: tuple[Case, ...] = (
+    *(
+        Case(f"slope at 0.97, {h:.0f} ms", "mm", partial(_slope, 1e-3 * h), NODE_COUNTS, b)
+        for h in STEPS
+        for b in (_bounds(MAX_MOTION),)
+    ),
+    *(
+        Case(
+            f"post, {1e3 * r:g} mm, {h:.0f} ms",
+            "%",
+            partial(_post, r, 1e-3 * h),
+            NODE_COUNTS,
+            _bounds(MAX_ERROR),
+        )
+        for r in (0.0005, 0.004)
+        for h in STEPS
+    ),
+    Case("bar", "%", partial(critical_error, bar_motion), NODE_COUNTS, _bounds(MAX_ERROR)),
+    *(
+        Case(
+            f"table, {name} edge",
+            "%",
+            partial(critical_error, partial(edge_motion, rough=name == "rough")),
+            NODE_COUNTS,
+            _bounds(MAX_ERROR),
+        )
+        for name in ("rough", "smooth")
+    ),
+)
+"""Cases of the table."""
+
+
+def slope_shares() -> Float64[np.ndarray, "k 2"]:
+    """Return motion in a second over the tangent of the slope, for the plot [-, m]."""
+    shares = np.linspace(0.8, 1.2, 21)
+    return np.array([(share, slope_motion(share, seconds=1.0)) for share in shares])

@@ -53,7 +53,7 @@ class Obstacle:
     support: bool = False
     """Whether the rope may lean on it."""
     friction: float = 0.0
-    """Coefficient of friction of the rope on it, in `lariat.rod.Rod`; zero for a frictionless body [-]."""
+    """Coefficient of friction that the rod (`lariat.rod.Rod`) has on it [-]."""
     keep_in: bool = False
     """Whether the rope must stay inside the body, of which the outside is the obstacle. Only the
     rope keeps this rule; grippers and arms may be outside."""

@@ -74,7 +74,7 @@ def hessian_index(ni: ti.template(), rod, step):
 
 @ti.func
 def transposed_at(ni: ti.template(), rod, step, block):
-    """Offset of a block's row of the transposed Hessian: without friction, of the Hessian itself."""
+    """Offset of a block's row of the transposed Hessian; without friction, of the Hessian."""
     place = kept_solve(ni, step) * (2 * ni[Header.NODES] - 1) + block
     return rod + ni[Section.TRANSPOSED_HESSIAN] + HESSIAN_WIDTH * place
 

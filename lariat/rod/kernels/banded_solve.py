@@ -34,7 +34,7 @@ def solve(
     arg: ti.i32,
     real: ti.f64,
 ) -> ti.f64:
-    """Solve H v = b in place for the vector at `arg`, over the free blocks; H^T v = b if `real` is 1.
+    """Solve H v = b in place for the vector at `arg`, over the free blocks; H^T v = b if real is 1.
 
     H is the banded matrix B, whose factors `factorize` left, plus c u u^T for each self-contact.
     With the columns B^-1 u, the forces f of the contacts solve f / c + u B^-1 u f = u v, and

@@ -50,7 +50,7 @@ MAX_STRAND_SAMPLES = 8
 SELF_CONTACTS_PER_NODE, MAX_SELF_CONTACTS = 8, 512
 """Capacity for self-contacts: per node, and in all."""
 FRICTION_TOLERANCE_FACTOR = 0.01
-"""Factor on the tolerance of a solve with friction, whose slips are as small as the tolerance [-]."""
+"""Factor on the tolerance of a solve with friction, whose slips are as small as it [-]."""
 DERIVATIVE_TOLERANCE_FACTOR = 0.01
 """Factor on the tolerance of a solve when derivatives in parameters are requested [-]."""
 

@@ -133,7 +133,7 @@ class Section(IntEnum):
     FROZEN_FRICTION = auto()
     """A `FrozenFriction` of each pair."""
     FRICTION_CONTACTS = auto()
-    """Number of touching pairs, whether their return is exact, and the `FrictionContact` of each."""
+    """Number of touching pairs, whether their return is exact, and their `FrictionContact`s."""
     SLIP_SENSITIVITIES = auto()
     """Columns of the slips, in groups as those of `SENSITIVITIES`."""
     SLIP_STAMPS = auto()

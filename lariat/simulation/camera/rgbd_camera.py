@@ -16,7 +16,7 @@ from jaxtyping import Float32, Float64, UInt8, UInt16
 
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
-from lariat.geometry.obstacles import Obstacle, pack
+from lariat.geometry.obstacles import PACKED_WIDTH, Obstacle, pack
 from lariat.simulation.camera.camera_kernels import CameraKernels
 from lariat.simulation.camera.color_noise import ColorNoise
 from lariat.simulation.camera.depth_faults import DepthFaults
@@ -86,7 +86,7 @@ class _Image(NamedTuple):
 class _Background:
     """Image of the bodies and plates that stand still."""
 
-    bodies: Float64[np.ndarray, "m 15"]
+    bodies: Float64[np.ndarray, "m 16"]
     """Packed bodies and their colours, in the order in which they were drawn."""
     plates: Float64[np.ndarray, "p 11"]
     """Packed plates and the identities of their markers, drawn after the bodies."""
@@ -94,7 +94,7 @@ class _Background:
     """The image."""
 
     def begins(
-        self, bodies: Float64[np.ndarray, "k 15"], plates: Float64[np.ndarray, "q 11"]
+        self, bodies: Float64[np.ndarray, "k 16"], plates: Float64[np.ndarray, "q 11"]
     ) -> bool:
         """Return whether bodies and plates begin with those of the image, at the same places."""
         return all(
@@ -135,7 +135,7 @@ class RgbdCamera:
         shape = (camera.intrinsics.height, camera.intrinsics.width)
         self._cover, self._shade = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
         self._background: _Background | None = None
-        self._last: tuple[Float64[np.ndarray, "k 15"], Float64[np.ndarray, "q 11"]] | None = None
+        self._last: tuple[Float64[np.ndarray, "k 16"], Float64[np.ndarray, "q 11"]] | None = None
         random = np.random.default_rng(seed)
         self._depth_sensor = DepthSensor(self._kernels, self.noise, shape, seed, random)
         self._color_noise = ColorNoise(self.noise.color_sigma, 3 * shape[0] * shape[1], random)
@@ -177,7 +177,7 @@ class RgbdCamera:
         tints = np.minimum(np.array(colors, float).reshape(-1, 3) * n.exposure, 255.0)
         # Half spaces first: they fill the image and seldom move.
         order = np.argsort([o.shape != "half_space" for o in obstacles], kind="stable")
-        bodies = np.hstack([pack(obstacles).reshape(-1, 12), tints])[order]
+        bodies = np.hstack([pack(obstacles).reshape(-1, PACKED_WIDTH), tints])[order]
         rows = np.array([(*p.packed, p.identity) for p in plates]).reshape(-1, 11)
         background = self._draw_background(bodies, rows)
         image = self._image
@@ -205,7 +205,7 @@ class RgbdCamera:
         )
 
     def _draw_background(
-        self, bodies: Float64[np.ndarray, "k 15"], plates: Float64[np.ndarray, "q 11"]
+        self, bodies: Float64[np.ndarray, "k 16"], plates: Float64[np.ndarray, "q 11"]
     ) -> _Background:
         """Draw what has not moved since the last frame, or restore its image; return it."""
         last, self._last = self._last, (bodies, plates)
@@ -231,9 +231,12 @@ class RgbdCamera:
         self._image = _Image(*(part.copy() for part in image))
         return self._background
 
-    def _draw_bodies(self, image: _Image, bodies: Float64[np.ndarray, "k 15"]) -> None:
+    def _draw_bodies(self, image: _Image, bodies: Float64[np.ndarray, "k 16"]) -> None:
         """Draw bodies over an image, in their order."""
-        packed, tints = np.ascontiguousarray(bodies[:, :12]), np.ascontiguousarray(bodies[:, 12:])
+        packed, tints = (
+            np.ascontiguousarray(bodies[:, :PACKED_WIDTH]),
+            np.ascontiguousarray(bodies[:, PACKED_WIDTH:]),
+        )
         self._kernels.draw_bodies(*image, self._packed_camera, packed, tints)
 
     def _draw_plates(self, image: _Image, plates: Float64[np.ndarray, "q 11"]) -> None:

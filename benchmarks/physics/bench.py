@@ -21,6 +21,7 @@ Part = Literal[
     "writhing",
     "whip",
     "plants",
+    "friction",
 ]
 ALL_PARTS: tuple[Part, ...] = get_args(Part)
 """All parts, in the order of their tables; a part is the module of its name."""
@@ -33,6 +34,7 @@ CONDITIONS: dict[Part, str] = {
     "writhing": "twisted rods that buckle, and a loop that twists round itself",
     "whip": "change of energy of a flicked whip, relative to its kinetic energy",
     "plants": "simulated ropes at rest, mean distance of nodes from the continuum; processor time",
+    "friction": "loads at which ropes begin to slide, and motion of a rope on a slope in 60 s",
 }
 """Conditions of each table; camera and adaptation are not involved."""
 
@@ -73,7 +75,8 @@ def run(
     There is no camera or adaptation: each error is that of a rod itself with n nodes. The parts
     are: `elasticae` (hanging ropes, against boundary value solutions of the continuum),
     `closed-forms`, `frequencies`, `buckling`, `stiffness` (Young's modulus identified from exact
-    shapes), `writhing`, `whip` and `plants` (hanging ropes of the simulated lab, and their cost).
+    shapes), `writhing`, `whip`, `plants` (hanging ropes of the simulated lab, and their cost)
+    and `friction` (a slope, a post, a bar and the edge of a table).
     The order is that of the error in the length of an edge, between the smallest and the largest
     number of nodes.
 

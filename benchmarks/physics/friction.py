@@ -107,14 +107,14 @@ def post_exponent(
     return float(math.log(tensions[-1] / tensions[0]) / math.pi)
 
 
-def post_truth(radius: float, coefficient: float = COEFFICIENT) -> float:
-    """Return the growth of tension per radian of a rope of some thickness round the post [-]."""
-    centre = POST + radius
-    root = math.sqrt(1.0 + 4.0 * coefficient**2 * radius * POST / centre**2)
+def post_truth(radius: float, coefficient: float = COEFFICIENT, post: float = POST) -> float:
+    """Return the growth of tension per radian of a rope of some thickness round a post [-]."""
+    centre = post + radius
+    root = math.sqrt(1.0 + 4.0 * coefficient**2 * radius * post / centre**2)
     return centre * (root - 1.0) / (2.0 * radius * coefficient)
 
 
-def bar_motion(share: float, node_count: int = 80, short: float = 0.1) -> float:
+def bar_motion(share: float, node_count: int = 80, short: float = 0.05) -> float:
     """Return how far a rope moves that hangs over a bar [m].
 
     Args:
@@ -122,8 +122,11 @@ def bar_motion(share: float, node_count: int = 80, short: float = 0.1) -> float:
         node_count: Number of nodes.
         short: Length of the short end [m].
     """
-    growth, centre = math.exp(COEFFICIENT * math.pi), BAR + THIN.diameter / 2.0
-    weight = 2.0 * COEFFICIENT / (1.0 + COEFFICIENT**2) * (growth + 1.0)
+    radius = THIN.diameter / 2.0
+    # The coefficient that a thin rope would need in place of this one.
+    thin = post_truth(radius, COEFFICIENT, BAR)
+    growth, centre = math.exp(thin * math.pi), BAR + radius
+    weight = 2.0 * thin / (1.0 + thin**2) * (growth + 1.0)
     long = share * (growth * short + centre * weight)
     rod = _hanging(short + math.pi * centre + long, node_count)
     bar = Obstacle("cylinder", (0.0, 0.0, 0.0), ACROSS, BAR, height=0.5, friction=COEFFICIENT)
@@ -138,9 +141,11 @@ def edge_motion(share: float, node_count: int = 80, rough: bool = True) -> float
         node_count: Number of nodes.
         rough: Whether the edge has the friction of the table, or none.
     """
-    lying, centre, edge = 0.5, BAR + THIN.diameter / 2.0, COEFFICIENT if rough else 0.0
-    sine, cosine = 2.0 * edge / (1.0 + edge**2), (1.0 - edge**2) / (1.0 + edge**2)
-    growth = math.exp(0.5 * edge * math.pi)
+    lying, radius = 0.4, THIN.diameter / 2.0
+    centre, edge = BAR + radius, COEFFICIENT if rough else 0.0
+    thin = post_truth(radius, COEFFICIENT, BAR) if rough else 0.0
+    sine, cosine = 2.0 * thin / (1.0 + thin**2), (1.0 - thin**2) / (1.0 + thin**2)
+    growth = math.exp(0.5 * thin * math.pi)
     hanging = growth * (COEFFICIENT * lying - centre * cosine) + centre * sine
     rod = _hanging(lying + 0.5 * math.pi * centre + share * hanging, node_count)
     table = Obstacle("box", (-0.5, 0.0, -0.05), size=(1.0, 0.5, 0.1), friction=COEFFICIENT)

@@ -21,6 +21,8 @@ def obstacle_entry(body: Obstacle) -> dict[str, Any]:
         "orientation": numbers(body.orientation),
         "support": body.support,
     }
+    if body.friction:
+        table["friction"] = round(float(body.friction), DIGITS)
     for key in body.row.fields:
         value = getattr(body, key)
         table[key] = numbers(value) if key == "size" else round(float(value), DIGITS)

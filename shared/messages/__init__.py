@@ -271,6 +271,7 @@ def _obstacle(message: Obstacle) -> geometry.Obstacle:
         radius=message.radius,
         height=message.height,
         support=message.support,
+        friction=message.friction,
         name=message.name,
         **values,
     )

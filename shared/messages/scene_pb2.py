@@ -24,7 +24,7 @@ _sym_db = _symbol_database.Default()
 
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bshared/messages/scene.proto\x12\x06lariat\"\x9d\x01\n\x08Obstacle\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\r\n\x05shape\x18\x02 \x01(\t\x12\x10\n\x08position\x18\x03 \x03(\x01\x12\x13\n\x0borientation\x18\x04 \x03(\x01\x12\x0e\n\x06radius\x18\x05 \x01(\x01\x12\x0e\n\x06height\x18\x06 \x01(\x01\x12\x0c\n\x04size\x18\x07 \x03(\x01\x12\x0e\n\x06normal\x18\x08 \x03(\x01\x12\x0f\n\x07support\x18\t \x01(\x08\"t\n\x05Scene\x12\r\n\x05stamp\x18\x01 \x01(\x03\x12\x10\n\x08revision\x18\x02 \x01(\x04\x12#\n\tobstacles\x18\x03 \x03(\x0b\x32\x10.lariat.Obstacle\x12\x14\n\x0clast_request\x18\x04 \x01(\t\x12\x0f\n\x07refusal\x18\x05 \x01(\t\"\xaf\x01\n\x0cSceneRequest\x12\n\n\x02id\x18\x01 \x01(\t\x12\r\n\x05stamp\x18\x02 \x01(\x03\x12+\n\x06\x61\x63tion\x18\x03 \x01(\x0e\x32\x1b.lariat.SceneRequest.Action\x12\"\n\x08obstacle\x18\x04 \x01(\x0b\x32\x10.lariat.Obstacle\"3\n\x06\x41\x63tion\x12\x07\n\x03\x41\x44\x44\x10\x00\x12\x08\n\x04MOVE\x10\x01\x12\n\n\x06REMOVE\x10\x02\x12\n\n\x06RESIZE\x10\x03\"d\n\x0eObstacleMotion\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x10\n\x08position\x18\x02 \x03(\x01\x12\x10\n\x08velocity\x18\x03 \x03(\x01\x12\r\n\x05times\x18\x04 \x03(\x03\x12\x11\n\twaypoints\x18\x05 \x03(\x01\"Z\n\x0bSceneMotion\x12\r\n\x05stamp\x18\x01 \x01(\x03\x12\x13\n\x0brun_started\x18\x02 \x01(\x03\x12\'\n\x07motions\x18\x03 \x03(\x0b\x32\x16.lariat.ObstacleMotionb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bshared/messages/scene.proto\x12\x06lariat\"\xaf\x01\n\x08Obstacle\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\r\n\x05shape\x18\x02 \x01(\t\x12\x10\n\x08position\x18\x03 \x03(\x01\x12\x13\n\x0borientation\x18\x04 \x03(\x01\x12\x0e\n\x06radius\x18\x05 \x01(\x01\x12\x0e\n\x06height\x18\x06 \x01(\x01\x12\x0c\n\x04size\x18\x07 \x03(\x01\x12\x0e\n\x06normal\x18\x08 \x03(\x01\x12\x0f\n\x07support\x18\t \x01(\x08\x12\x10\n\x08\x66riction\x18\n \x01(\x01\"t\n\x05Scene\x12\r\n\x05stamp\x18\x01 \x01(\x03\x12\x10\n\x08revision\x18\x02 \x01(\x04\x12#\n\tobstacles\x18\x03 \x03(\x0b\x32\x10.lariat.Obstacle\x12\x14\n\x0clast_request\x18\x04 \x01(\t\x12\x0f\n\x07refusal\x18\x05 \x01(\t\"\xaf\x01\n\x0cSceneRequest\x12\n\n\x02id\x18\x01 \x01(\t\x12\r\n\x05stamp\x18\x02 \x01(\x03\x12+\n\x06\x61\x63tion\x18\x03 \x01(\x0e\x32\x1b.lariat.SceneRequest.Action\x12\"\n\x08obstacle\x18\x04 \x01(\x0b\x32\x10.lariat.Obstacle\"3\n\x06\x41\x63tion\x12\x07\n\x03\x41\x44\x44\x10\x00\x12\x08\n\x04MOVE\x10\x01\x12\n\n\x06REMOVE\x10\x02\x12\n\n\x06RESIZE\x10\x03\"d\n\x0eObstacleMotion\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x10\n\x08position\x18\x02 \x03(\x01\x12\x10\n\x08velocity\x18\x03 \x03(\x01\x12\r\n\x05times\x18\x04 \x03(\x03\x12\x11\n\twaypoints\x18\x05 \x03(\x01\"Z\n\x0bSceneMotion\x12\r\n\x05stamp\x18\x01 \x01(\x03\x12\x13\n\x0brun_started\x18\x02 \x01(\x03\x12\'\n\x07motions\x18\x03 \x03(\x0b\x32\x16.lariat.ObstacleMotionb\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -32,15 +32,15 @@ _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'shared.messages.scene_pb2',
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
   _globals['_OBSTACLE']._serialized_start=40
-  _globals['_OBSTACLE']._serialized_end=197
-  _globals['_SCENE']._serialized_start=199
-  _globals['_SCENE']._serialized_end=315
-  _globals['_SCENEREQUEST']._serialized_start=318
-  _globals['_SCENEREQUEST']._serialized_end=493
-  _globals['_SCENEREQUEST_ACTION']._serialized_start=442
-  _globals['_SCENEREQUEST_ACTION']._serialized_end=493
-  _globals['_OBSTACLEMOTION']._serialized_start=495
-  _globals['_OBSTACLEMOTION']._serialized_end=595
-  _globals['_SCENEMOTION']._serialized_start=597
-  _globals['_SCENEMOTION']._serialized_end=687
+  _globals['_OBSTACLE']._serialized_end=215
+  _globals['_SCENE']._serialized_start=217
+  _globals['_SCENE']._serialized_end=333
+  _globals['_SCENEREQUEST']._serialized_start=336
+  _globals['_SCENEREQUEST']._serialized_end=511
+  _globals['_SCENEREQUEST_ACTION']._serialized_start=460
+  _globals['_SCENEREQUEST_ACTION']._serialized_end=511
+  _globals['_OBSTACLEMOTION']._serialized_start=513
+  _globals['_OBSTACLEMOTION']._serialized_end=613
+  _globals['_SCENEMOTION']._serialized_start=615
+  _globals['_SCENEMOTION']._serialized_end=705
 # @@protoc_insertion_point(module_scope)

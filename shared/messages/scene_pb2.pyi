@@ -8,7 +8,7 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class Obstacle(_message.Message):
-    __slots__ = ("name", "shape", "position", "orientation", "radius", "height", "size", "normal", "support")
+    __slots__ = ("name", "shape", "position", "orientation", "radius", "height", "size", "normal", "support", "friction")
     NAME_FIELD_NUMBER: _ClassVar[int]
     SHAPE_FIELD_NUMBER: _ClassVar[int]
     POSITION_FIELD_NUMBER: _ClassVar[int]
@@ -18,6 +18,7 @@ class Obstacle(_message.Message):
     SIZE_FIELD_NUMBER: _ClassVar[int]
     NORMAL_FIELD_NUMBER: _ClassVar[int]
     SUPPORT_FIELD_NUMBER: _ClassVar[int]
+    FRICTION_FIELD_NUMBER: _ClassVar[int]
     name: str
     shape: str
     position: _containers.RepeatedScalarFieldContainer[float]
@@ -27,7 +28,8 @@ class Obstacle(_message.Message):
     size: _containers.RepeatedScalarFieldContainer[float]
     normal: _containers.RepeatedScalarFieldContainer[float]
     support: bool
-    def __init__(self, name: _Optional[str] = ..., shape: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., radius: _Optional[float] = ..., height: _Optional[float] = ..., size: _Optional[_Iterable[float]] = ..., normal: _Optional[_Iterable[float]] = ..., support: _Optional[bool] = ...) -> None: ...
+    friction: float
+    def __init__(self, name: _Optional[str] = ..., shape: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., radius: _Optional[float] = ..., height: _Optional[float] = ..., size: _Optional[_Iterable[float]] = ..., normal: _Optional[_Iterable[float]] = ..., support: _Optional[bool] = ..., friction: _Optional[float] = ...) -> None: ...
 
 class Scene(_message.Message):
     __slots__ = ("stamp", "revision", "obstacles", "last_request", "refusal")

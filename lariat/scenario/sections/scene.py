@@ -76,6 +76,9 @@ class Obstacle:
     """Outward normal of a half space."""
     support: bool = False
     """Whether the rope may lean on it."""
+    friction: Annotated[float, Bounds(0.0, 5.0)] = 0.0
+    """Coefficient of friction that the model of the rope has on a support; the simulated rope has
+    `plant.friction`."""
     name: str = ""
     """Name, unique in the scene; by default shape and index."""
     path: tuple[Waypoint, ...] = ()
@@ -94,6 +97,11 @@ class Obstacle:
         if self.marker is None and (self.stands_at is not None or self.stands_turned != 0.0):
             raise ValueError("stands_at and stands_turned need a marker by which they are found")
         _check_sizes(self)
+        if self.friction > 0.0 and not self.support:
+            raise ValueError(
+                f"friction = {self.friction} has no effect without support = true: the rope must "
+                "not touch other obstacles"
+            )
         if np.linalg.norm(self.normal) < 1e-9:
             raise ValueError("normal must not be zero")
         if self.path:
@@ -124,7 +132,7 @@ class Obstacle:
             index: Index in the file, for the name of an obstacle without one.
         """
         body = _body(self, f"{self.shape}-{index}")
-        return replace(body, normal=self.normal, support=self.support)
+        return replace(body, normal=self.normal, support=self.support, friction=self.friction)
 
 
 def _body(of: Region | Obstacle, name: str) -> geometry.Obstacle:

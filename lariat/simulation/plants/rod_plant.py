@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -57,7 +58,8 @@ class RodPlant:
 
     def set_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Replace all obstacles; the rope keeps its state."""
-        self._obstacles = pack(obstacles)
+        # The friction of obstacles is that of the model of the rope.
+        self._obstacles = pack([replace(o, friction=0.0) for o in obstacles])
 
     def reset(
         self, left: Pose, right: Pose, guess: Float64[np.ndarray, "m 3"] | None = None

@@ -13,6 +13,8 @@ import pytest
 from lariat.configuration import ConfigurationError
 from lariat.geometry import poses
 from lariat.scenario import Scenario, load, parse
+from lariat.scenario.entries import obstacle_entry
+from shared.messages import Scene, obstacle_message, scene_obstacles
 
 FOLDER = Path(__file__).parents[3] / "scenarios"
 SMALLEST = """
@@ -314,3 +316,14 @@ def test_a_line_that_is_not_utf8_is_named(tmp_path: Path) -> None:
     path.write_bytes('name = "a"\ndescription = "Schnür"\n'.encode("latin-1"))
     with pytest.raises(ConfigurationError, match="line 2 is not UTF-8"):
         load(path)
+
+
+def test_friction_of_a_support_reaches_the_model_by_the_bus_and_by_the_file() -> None:
+    table = '[[obstacles]]\nshape = "sphere"\nradius = 0.05\nposition = [0, 0, 0.1]\n'
+    support = table + "support = true\nfriction = 0.4\n"
+    (body,) = [body for body in parse(SMALLEST + support, FOLDER).bodies if body.support]
+    assert body.friction == 0.4
+    assert scene_obstacles(Scene(obstacles=[obstacle_message(body)]))[0].friction == 0.4
+    assert obstacle_entry(body)["friction"] == 0.4
+    with pytest.raises(ConfigurationError, match=r"friction = 0\.4 has no effect without support"):
+        parse(SMALLEST + support.replace("support = true\n", ""), FOLDER)

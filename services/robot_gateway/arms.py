@@ -16,6 +16,8 @@ from services.robot_gateway.drivers.driver import ArmFeedback, Driver
 
 UNHEARD_AGE = 0.1
 """Age of its feedback above which nothing is known of the power of an arm [s]."""
+LATE_GAP = 0.04
+"""Time without feedback, of every 8 ms, above which computer or line were late [s]."""
 STANDSTILL_SPEED = (0.01, 0.05)
 """Linear and angular speed of a gripper below which its arm stands still [m/s, rad/s]."""
 
@@ -186,6 +188,11 @@ class Arms:
         """Return distance and angle of one end from the scenario's start [m, rad]."""
         pose = self.feedback[end].pose if self.feedback else None
         return pose_difference(pose or self.grips[end], self.starts[end])
+
+    @property
+    def heard_late(self) -> bool:
+        """Whether the feedback of an arm had a gap within the last second."""
+        return any(feedback.link_gap > LATE_GAP for feedback in self.feedback)
 
     @property
     def powered(self) -> bool:

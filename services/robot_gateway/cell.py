@@ -25,7 +25,7 @@ from lariat.safety.motion.validation import ChunkRefused
 from lariat.scenario import SIDES
 from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.approach_control import ApproachControl
-from services.robot_gateway.arms import Arms
+from services.robot_gateway.arms import UNHEARD_AGE, Arms
 from services.robot_gateway.drivers.driver import Driver
 from services.robot_gateway.feedback_checks import FeedbackChecks
 from services.robot_gateway.operator_control import OperatorControl
@@ -89,6 +89,8 @@ class Cell:
         self._moved_at = 0
         """Time at which the command last moved [ns]."""
         self._simulated = not self.arms.reach_hardware
+        self._recovery_due = False
+        """Whether arms whose feedback was late are made ready as soon as they are heard again."""
         self._pauses = 0
         """Number of pauses that a slow computer has caused."""
 
@@ -185,8 +187,7 @@ class Cell:
         else:
             self._control.stop("stalled", f"the gateway was suspended for {elapsed:.3f} s")
         if self.arms.has_devices:
-            # Devices have stopped by themselves; the rest of the commanded stop is not sent.
-            self._control.waiting_since, self._control.stalled = now, True
+            self._await_devices(now)
             if self._simulated:
                 self.arms.recover()
 
@@ -236,6 +237,10 @@ class Cell:
         """Stop until the computer keeps up again; simulation only."""
         self._pauses += 1
         self._control.stop("slow", f"{detail} (pause {self._pauses})")
+
+    def _await_devices(self, now: int) -> None:
+        """Wait for devices that stop by themselves; the rest of the stop is not sent to them."""
+        self._control.waiting_since, self._control.stalled = now, True
 
     def _check_consent(self, now: int) -> None:
         """Stop the approach when its person lets go."""
@@ -298,12 +303,23 @@ class Cell:
 
     def _check_feedback(self, now: int) -> None:
         """Stop, wait or go on, depending on the feedback of the arms."""
+        if self._recovery_due and all(f.fault != "lost_link" for f in self.arms.feedback):
+            self._recovery_due = False
+            if self.safety.mode == "holding":
+                self.arms.recover()
+                return
         for name, feedback in zip(SIDES, self.arms.feedback, strict=False):
             if feedback.fault not in DEVICE_CAUSES or self.safety.mode in ("disarmed", "fault"):
                 continue
-            if self._simulated and self._control.stalled and feedback.fault == "lost_link":
-                continue  # What the emulator sent meanwhile is still to be read.
             words = "; ".join(feedback.alarms)
+            if self._simulated and feedback.fault == "lost_link":
+                if self._control.stalled:
+                    continue  # What the emulator sent meanwhile is still to be read.
+                if feedback.age > UNHEARD_AGE:  # A socket that closes is noticed earlier.
+                    self._pause(f"the computer was too slow: {name}: {words}")
+                    self._await_devices(now)
+                    self._recovery_due = True
+                    continue
             self._control.stop(feedback.fault, f"{name}: {words or feedback.fault}")
             self._control.waiting_since = None
         if self.safety.mode == "disarmed":
@@ -312,7 +328,12 @@ class Cell:
             self._finish_waiting(now, self._control.waiting_since)
         elif self.safety.mode != "fault":
             finding = self._feedback_checks.find()
-            if finding is not None:
+            if finding is None:
+                return
+            if self._simulated and finding.cause == "tracking" and self.arms.heard_late:
+                self._pause(f"the computer was too slow: {finding.detail}")
+                self._await_devices(now)
+            else:
                 self._control.stop(*finding)
 
     def _finish_disarming(self, now: int) -> None:

@@ -112,7 +112,8 @@ STOP_CAUSES: dict[str, StopCause] = {
         "fresh",
     ),
     "slow": StopCause(
-        "`silence` or `stalled` in a cell that reaches no real arm: the computer was too slow",
+        "`silence`, `stalled`, late feedback, or `tracking` after a gap of 40 ms in the feedback, "
+        "in a cell that reaches no real arm: the computer was too slow",
         "as those",
         "jerk-limited",
         "by itself",

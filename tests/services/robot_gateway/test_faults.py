@@ -247,3 +247,57 @@ def test_writer_that_held_while_the_gateway_stood_still_does_not_hide_that() -> 
     world.follow(world.path, 0.5, since)  # pyright: ignore[reportAttributeAccessIssue]
     assert world.report.safety.needs_acknowledgement
     np.testing.assert_allclose(world.emulator.controller.joints, rest, atol=2e-3)
+
+
+def goes_on(world: ArmWorld) -> bool:
+    """Whether the arm follows new setpoints within 5 s, without a person."""
+    world.run(5.0)
+    path = circle(world.cell.follower.state.positions[0], 0.06, 0.12)
+    world.follow(path, 0.6, world.now)
+    return world.mode == "moving"
+
+
+@pytest.mark.parametrize("firmware", ["v3", "v4"])
+def test_a_simulated_cell_goes_on_by_itself_after_its_emulator_was_too_slow(
+    firmware: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    world, since = moving(firmware, simulated=True)
+    advance = world.emulator.advance_to
+    monkeypatch.setattr(world.emulator, "advance_to", lambda seconds: None)
+    world.follow(world.path, 0.3, since)  # pyright: ignore[reportAttributeAccessIssue]
+    assert world.report.safety.cause == "slow", world.report
+    assert not world.report.safety.needs_acknowledgement
+    monkeypatch.setattr(world.emulator, "advance_to", advance)
+    assert goes_on(world), world.report
+    assert world.report.pauses == 1
+
+
+def test_a_simulated_arm_that_is_heard_again_while_disarmed_gets_no_power(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    world, since = moving("v3", simulated=True)
+    advance = world.emulator.advance_to
+    monkeypatch.setattr(world.emulator, "advance_to", lambda seconds: None)
+    world.follow(world.path, 0.3, since)  # pyright: ignore[reportAttributeAccessIssue]
+    assert world.command("disarm") == ""
+    monkeypatch.setattr(world.emulator, "advance_to", advance)
+    world.run(5.0)
+    assert world.mode == "disarmed"
+    assert not world.emulator.controller.enabled
+
+
+@pytest.mark.parametrize("late", [True, False])
+def test_a_simulated_arm_off_its_path_goes_on_by_itself_only_after_a_gap(late: bool) -> None:
+    world, since = moving("v3", simulated=True)
+    if late:
+        # Shorter than what counts as a lost link, longer than what a computer that keeps up needs.
+        world.now += 60_000_000
+        world.emulator.advance_to(world.now * 1e-9)
+        world.follow(world.path, 0.1, since)  # pyright: ignore[reportAttributeAccessIssue]
+    world.driver.tracking_limit = 1e-5
+    world.step()
+    safety = world.report.safety
+    assert safety.cause == ("slow" if late else "tracking"), world.report
+    assert safety.needs_acknowledgement is not late
+    world.driver.tracking_limit = 0.02
+    assert goes_on(world) is late, world.report

@@ -89,7 +89,8 @@ def run(
         results: File of measured cases, one JSON object a line; cases that it holds are not
             measured again.
         workers: Number of processes, or the address of a Dask scheduler.
-        plot: File for a plot of shapes and errors, a PNG.
+        plot: File for a plot of shapes and errors, a PNG; that of friction is `friction.png` beside
+            it.
         json: Print one JSON object instead of tables.
         output: Folder for the tables as CSV.
 
@@ -107,9 +108,12 @@ def run(
     for trial in broken:
         print(f"{trial.spec.part}: {trial.spec.name}: a bound does not hold", file=sys.stderr)
     if plot is not None:
-        from benchmarks.physics.plot import draw
+        from benchmarks.physics.plot import draw, draw_friction
 
-        draw(measured, plot)
+        if "friction" in part:
+            draw_friction(plot.with_name("friction.png"))
+        if part != ("friction",):
+            draw(measured, plot)
     return 1 if broken else 0
 
 

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from jaxtyping import Float64
 
 from benchmarks.physics.convergence import Case, Error
 from lariat.geometry import Obstacle, pack, poses
@@ -243,9 +242,3 @@ CASES: tuple[Case, ...] = (
     ),
 )
 """Cases of the table."""
-
-
-def slope_shares() -> Float64[np.ndarray, "k 2"]:
-    """Return motion in a second over the tangent of the slope, for the plot [-, m]."""
-    shares = np.linspace(0.8, 1.2, 21)
-    return np.array([(share, slope_motion(share, seconds=1.0)) for share in shares])

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.physics import whip, writhing
+from benchmarks.physics import friction, whip, writhing
 from benchmarks.physics.convergence import ROUNDING_ERROR, Convergence
 from benchmarks.physics.elasticae import CLAMPED_ROPES, OTHER_ROPES
 from benchmarks.plots import figure_of, save
@@ -60,6 +61,40 @@ def draw(measured: Mapping[Any, Sequence[Convergence]], path: Path) -> None:
         for part in parts:
             _draw_errors(axis, part, measured.get(part, ()))
         axis.set(xlabel="nodes", ylabel=unit)
+        axis.set_title(title, fontsize=9)
+    save(figure, path)
+
+
+def draw_friction(path: Path) -> None:
+    """Write a plot of ropes that begin to slide: on a slope, round a post, over a bar and an edge.
+
+    Args:
+        path: File to write, a PNG.
+    """
+    figure, (slope, post, hanging) = figure_of(1, 3, (13.0, 4.0))
+    shares = np.linspace(0.8, 1.2, 21)
+    moved = [1e3 * friction.slope_motion(share, seconds=1.0, dt=0.01) for share in shares]
+    slope.semilogy(shares, moved, ".-")
+    slope.set(xlabel="tan(slope) / coefficient", ylabel="motion in 1 s [mm]")
+    radii = np.linspace(5e-4, 5e-3, 40)
+    post.plot(1e3 * radii, [friction.post_truth(r) for r in radii], label="closed form")
+    found = [friction.post_exponent(r) for r in radii[::6]]
+    post.plot(1e3 * radii[::6], found, "o", label="rod of 80 nodes")
+    post.axhline(friction.COEFFICIENT, color="k", linestyle="--", label="thin rope")
+    post.set(xlabel="radius of the rope [mm]", ylabel="growth of tension per radian")
+    for name, motion in (
+        ("bar", friction.bar_motion),
+        ("rough edge", friction.edge_motion),
+        ("smooth edge", partial(friction.edge_motion, rough=False)),
+    ):
+        moved = [1e3 * motion(share) for share in shares[5:16]]
+        hanging.semilogy(shares[5:16], moved, ".-", label=name)
+    hanging.set(xlabel="load / closed form", ylabel="motion [mm]")
+    for axis, title in (
+        (slope, "Rope along a slope"),
+        (post, f"Rope round a post of {1e3 * friction.POST:g} mm"),
+        (hanging, "Hanging ropes, n = 80"),
+    ):
         axis.set_title(title, fontsize=9)
     save(figure, path)
 

@@ -40,6 +40,38 @@ def symmetric_difference(h, scale, a, b):
     return m
 
 
+@ti.func
+def adjugate(d):
+    """Adjugate of a 3x3 matrix, and its determinant."""
+    m = ti.Matrix(
+        [
+            [
+                d[1, 1] * d[2, 2] - d[1, 2] * d[2, 1],
+                d[0, 2] * d[2, 1] - d[0, 1] * d[2, 2],
+                d[0, 1] * d[1, 2] - d[0, 2] * d[1, 1],
+            ],
+            [
+                d[1, 2] * d[2, 0] - d[1, 0] * d[2, 2],
+                d[0, 0] * d[2, 2] - d[0, 2] * d[2, 0],
+                d[0, 2] * d[1, 0] - d[0, 0] * d[1, 2],
+            ],
+            [
+                d[1, 0] * d[2, 1] - d[1, 1] * d[2, 0],
+                d[0, 1] * d[2, 0] - d[0, 0] * d[2, 1],
+                d[0, 0] * d[1, 1] - d[0, 1] * d[1, 0],
+            ],
+        ]
+    )
+    return m, d[0, 0] * m[0, 0] + d[0, 1] * m[1, 0] + d[0, 2] * m[2, 0]
+
+
+@ti.func
+def complete_transposed(w33: ti.template(), h, t, j):
+    """Add the blocks of the Hessian below the diagonal to the differences of the transposed one."""
+    for k in ti.static(range(1, 3)):
+        w33[t + 3 * j + k] = w33[t + 3 * j + k] + w33[h + 3 * j + k]
+
+
 @ti.real_func
 def factorize_unsymmetric(ni: Integers, w33: Matrices33, rod: ti.i32, step: ti.i32) -> ti.f64:
     """Factorize a Hessian with friction as block L D U; return whether all pivots are positive.
@@ -52,35 +84,48 @@ def factorize_unsymmetric(ni: Integers, w33: Matrices33, rod: ti.i32, step: ti.i
     end = ni[Header.END_FREE]
     h = hessian_index(ni, rod, step)
     t = transposed_index(ni, rod, step)
-    for j in range(2 * ni[Header.NODES] - 1):
-        for k in range(1, 3):
-            w33[t + 3 * j + k] = w33[t + 3 * j + k] + w33[h + 3 * j + k]
+    count = 2 * ni[Header.NODES] - 1
+    # Couplings with driven blocks stay as they are.
+    for j in range(ti.max(first - 2, 0), first):
+        complete_transposed(w33, h, t, j)
+    for j in range(ti.max(end - 2, first), count):
+        complete_transposed(w33, h, t, j)
+    # The matrices that the next two columns change stay in registers.
+    d = w33[h + 3 * first]
+    near = w33[h + 3 * first + 1]
+    above = (w33[t + 3 * first + 1] + near).transpose()
+    d_next = w33[h + 3 * first + 3]
+    if first >= end - 2:
+        above = w33[t + 3 * first + 1].transpose()
     for j in range(first, end):
         m = bounded_index(h + 3 * j)
         r = bounded_index(t + 3 * j)
-        d = w33[m]
-        determinant = d.determinant()
-        if d[0, 0] <= 0.0 or d[0, 0] * d[1, 1] <= d[0, 1] * d[1, 0] or determinant <= 0.0:
+        cofactors, determinant = adjugate(d)
+        if d[0, 0] <= 0.0 or cofactors[2, 2] <= 0.0 or determinant <= 0.0:
             definite = 0.0
-        inverse = ti.Matrix.zero(ti.f64, 3, 3)
-        if determinant != 0.0:
-            inverse = d.inverse()
+        scale = ti.select(determinant == 0.0, 0.0, 1.0 / determinant)
+        inverse = scale * cofactors
         w33[m] = inverse
         w33[r] = inverse.transpose()
         if j + 1 < end:
-            near = w33[r + 1].transpose()
-            near_factor = w33[m + 1] @ inverse
-            w33[m + 3] = w33[m + 3] - near_factor @ near
-            w33[m + 1] = near_factor
-            w33[r + 1] = (inverse @ near).transpose()
+            left = near @ cofactors
+            d = d_next - scale * (left @ above)
+            w33[m + 1] = scale * left
+            w33[r + 1] = scale * (cofactors @ above).transpose()
             if j + 2 < end:
-                far = w33[r + 2].transpose()
-                far_factor = w33[m + 2] @ inverse
-                w33[m + 4] = w33[m + 4] - far_factor @ near
-                w33[r + 4] = w33[r + 4] - (near_factor @ far).transpose()
-                w33[m + 6] = w33[m + 6] - far_factor @ far
-                w33[m + 2] = far_factor
-                w33[r + 2] = (inverse @ far).transpose()
+                far = w33[m + 2]
+                far_above = w33[r + 2] + far
+                near_next = w33[m + 4]
+                above_next = w33[r + 4]
+                if j + 3 < end:
+                    above_next += near_next
+                far_above = far_above.transpose()
+                far_left = far @ cofactors
+                near = near_next - scale * (far_left @ above)
+                above = above_next.transpose() - scale * (left @ far_above)
+                d_next = w33[m + 6] - scale * (far_left @ far_above)
+                w33[m + 2] = scale * far_left
+                w33[r + 2] = scale * (cofactors @ far_above).transpose()
     return definite
 
 

@@ -132,7 +132,7 @@ def test_gradients_through_sticking_and_sliding_match_differences(
         "actions": 1e-6,
         "positions": 1e-8,
         "velocities": 1e-5,
-        "slips": 1e-10,
+        "slips": 1e-9,
         "length": 1e-7,
         "bending_stiffness": 1e-9,
         "linear_density": 1e-6,
@@ -184,7 +184,9 @@ def test_gradients_through_sticking_and_sliding_match_differences(
         else:
             of = found.actions if name == "actions" else getattr(found.state, name)
             gradient = np.sum(of * along[name])
-        assert gradient == pytest.approx(difference, rel=1e-6), name
+        # Of changes as small as slips, rounding leaves fewer digits.
+        rel = 1e-5 if name == "slips" else 1e-6
+        assert gradient == pytest.approx(difference, rel=rel), name
     forward = rod.linearize(RolloutSpec(dragged, actions, STEP, obstacles=scene()), names)
     by_action = np.einsum("hnc,hnckef->kef", cost, forward.d_positions_d_actions)
     assert np.allclose(by_action, found.actions, rtol=1e-9, atol=1e-11)

@@ -44,8 +44,8 @@ LENGTH_DIFFERENCE = 1e-3
 """Step of the finite difference in the logarithm of the length [-]."""
 NODE_REFINEMENT = 4.0 / 3.0
 """Error of a rod, relative to what twice its nodes change: second order in the edge length [-]."""
-STEP_REFINEMENT = 2.0
-"""Error of the steps, relative to what half their duration changes: first order in it [-]."""
+STEP_REFINEMENT = 4.0 / 3.0
+"""Error of the steps, relative to what half their duration changes: second order in it [-]."""
 STIFFNESS_GRID = np.logspace(-4.5, 0.5, 11)
 """Values of EI / (weight per length times length^3) in the grid search [-]."""
 

@@ -25,8 +25,8 @@ from lariat.identification.initial_state import (
 from lariat.identification.motion import Grip, Motion
 from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 
-MAX_TIME_STEP = 5.1e-3
-"""Longest implicit step [s]; it damps like an internal damping of half its duration."""
+MAX_TIME_STEP = 10.1e-3
+"""Longest step of second order [s]; one of first order would itself damp the rod."""
 MAX_LENGTH_FRAMES = 2000
 """Largest number of frames that the lengths between vertices are measured in."""
 PIECES_PER_GAP = 16
@@ -119,7 +119,13 @@ class RodTwin:
 
     def rod(self, properties: RodProperties) -> Rod:
         """Return the rod of a material, held as the rope is."""
-        return Rod(properties, self.node_count, *self.kinds, tolerance=SOLVER_TOLERANCE)
+        return Rod(
+            properties,
+            self.node_count,
+            *self.kinds,
+            tolerance=SOLVER_TOLERANCE,
+            scheme="sdirk2",
+        )
 
     def measured(self, windows: Sequence[Window]) -> Float64[np.ndarray, "B H k 3"]:
         """Return the measured free vertices of windows, in the order of the rod [m]."""

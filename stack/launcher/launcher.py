@@ -5,7 +5,8 @@ ready when its first health message comes. A process that dies is started again,
 doubles; three deaths within a minute end the stack. A restarted gateway never arms by itself.
 
 On request, the launcher ends all processes and starts those of another scenario, or runs a campaign
-beside them.
+beside them. Requests are answered in a thread of their own, one after the other: however long a
+file takes, the processes are watched meanwhile.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import selectors
 import signal
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from types import FrameType
 
@@ -91,6 +93,9 @@ class Launcher:
         self._task = bus.subscribe(topics.TASK_STATE)
         self._arm = bus.subscribe(topics.ARM_STATE)
         self._stack_requests = bus.subscribe(topics.STACK_REQUEST)
+        self._answering = ThreadPoolExecutor(1, "scenario requests")
+        self._answers: list[Future[None]] = []
+        """Answers to the requests that were taken last."""
         self._newest_task: TaskState | None = None
         self._newest_arms: ArmStates | None = None
         self._requests = bus.publisher(topics.TASK_REQUEST)
@@ -120,9 +125,11 @@ class Launcher:
                 self._start(process)
             return self._watch(when_ready)
         finally:
+            self._answering.shutdown(wait=False, cancel_futures=True)
+            self._stop()
+            self._answering.shutdown()
             if self._switch is not None:
                 self._switch.close()
-            self._stop()
             for number, handler in zip(handled, former, strict=True):
                 signal.signal(number, handler)
 
@@ -166,17 +173,23 @@ class Launcher:
         """Answer requests, go on with a campaign, start a scenario whose check has ended."""
         if self._switch is None:
             return
-        requests = self._stack_requests.take()
-        for _, item in requests:
-            self._switch.handle(item.message, self._condition())
+        if not all(answer.done() for answer in self._answers):
+            return
+        for answer in self._answers:
+            answer.result()
         with self._switch.door.guard("a trial of a campaign") as outcome:
-            if self._switch.campaigns.poll() or requests:
+            if self._switch.campaigns.poll() or self._answers:
                 self._publish()
         if outcome.refusal:
             self._switch.campaigns.close()
         path = self._switch.poll(self._condition)
         if path is None:
+            requests = [item.message for _, item in self._stack_requests.take()]
+            condition = self._condition() if requests else CellCondition()
+            submit, handle = self._answering.submit, self._switch.handle
+            self._answers = [submit(handle, request, condition) for request in requests]
             return
+        self._answers = []
         assert self._programs_of is not None
         programs: Sequence[Program] = ()
         with self._switch.door.guard("a scenario to start") as outcome:

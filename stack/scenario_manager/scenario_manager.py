@@ -64,19 +64,21 @@ class ScenarioManager:
         self._former: tuple[Path, str] | None = None
         self._check: _Check | None = None
         self._staged = 0
-        self._activity = self._last_request = self._refusal = ""
+        self._activity = ""
+        self._answer = ("", "")
+        """Id of the last request that was answered and its refusal: one value, since the thread
+        that answers is not the one that publishes."""
 
     def fill(self, state: StackState) -> None:
         """Add scenarios and the answer to the last request to a state of the stack."""
         state.scenario = self._name
         state.scenarios.extend(self._library.entries)
         state.activity = self._activity
-        state.last_request = self._last_request
-        state.refusal = self._refusal[:MAX_REASON_LENGTH]
+        state.last_request, refusal = self._answer
+        state.refusal = refusal[:MAX_REASON_LENGTH]
 
     def handle(self, request: StackRequest, condition: CellCondition) -> None:
         """Carry out a request, or refuse it."""
-        self._last_request, self._refusal = request.id, ""
         with self.door.guard("a request for a scenario") as outcome:
             if self._activity and request.action != StackRequest.CANCEL_CAMPAIGN:
                 raise ConfigurationError(f"{self._activity}; wait for it")
@@ -96,7 +98,7 @@ class ScenarioManager:
                     self.campaigns.cancel()
                 case _:
                     raise ConfigurationError(f"there is no action {request.action}")
-        self._refusal = outcome.refusal
+        self._answer = request.id, outcome.refusal
 
     def poll(self, condition: Callable[[], CellCondition]) -> Path | None:
         """Return the scenario to start now, once its check has ended well."""
@@ -106,12 +108,12 @@ class ScenarioManager:
         self._check, self._activity = None, ""
         if check.process.returncode:
             lines = check.process.communicate()[1].strip().splitlines()
-            self._refusal = lines[-1] if lines else f"the check of {check.name} has failed"
+            self._refuse(lines[-1] if lines else f"the check of {check.name} has failed")
             return None
         try:
             self._check_condition(condition())
         except ConfigurationError as error:
-            self._refusal = str(error)
+            self._refuse(str(error))
             return None
         self._former = (self._running, self._name)
         self._running, self._name = check.path, check.name
@@ -127,7 +129,7 @@ class ScenarioManager:
         """Return the former scenario after a new cell did not come up; None without one."""
         if self._former is None:
             return None
-        self._refusal = f"{self._name} did not start: {reason}; {self._former[1]} runs again"
+        self._refuse(f"{self._name} did not start: {reason}; {self._former[1]} runs again")
         (self._running, self._name), self._former = self._former, None
         self._activity = ""
         return self._running
@@ -138,6 +140,10 @@ class ScenarioManager:
         if self._check is not None:
             self._check.process.kill()
             self._check.process.wait()
+
+    def _refuse(self, reason: str) -> None:
+        """Refuse the request that was answered last after all."""
+        self._answer = self._answer[0], reason
 
     def _base(self, request: StackRequest) -> Path:
         return self._library.find(request.scenario) if request.scenario else self._running

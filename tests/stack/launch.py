@@ -5,7 +5,8 @@ python -m tests.stack.launch PORT NAMESPACE NAME[:BUILD|:LINES]...
 A process with LINES saves data while it ends, and prints so many lines.
 
 Another scenario has one small service, of the scenario's name; of the name "refuse", it refuses,
-and of the name "full", its files cannot be written.
+and of the name "full", its files cannot be written. To save one as "slow" lasts until the standard
+input is closed.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from lariat.scenario import find, load
+from lariat.scenario import Scenario, find, load
 from shared import bus as buses
 from shared.bus import BusOptions
 from stack.launcher.console import ProcessConsole
@@ -24,6 +25,15 @@ from stack.launcher.process import Program, process_environment
 from stack.scenario_manager.campaign.campaigns import Campaigns
 from stack.scenario_manager.library import ScenarioLibrary
 from stack.scenario_manager.scenario_manager import ScenarioManager
+
+
+class Library(ScenarioLibrary):
+    """Scenarios of which one takes long to save."""
+
+    def save(self, scenario: Scenario, name: str) -> None:
+        if name == "slow":
+            sys.stdin.read()
+        super().save(scenario, name)
 
 
 def main() -> int:
@@ -51,7 +61,7 @@ def main() -> int:
         buses.open(options, "lariat") as bus,
         tempfile.TemporaryDirectory() as folder,
     ):
-        library = ScenarioLibrary(Path(folder, "saved"), first)
+        library = Library(Path(folder, "saved"), first)
         check = [sys.executable, "-S", "-c", ""]
         trials = Campaigns(Path(folder, "tables"), Path(folder, "trials"), lambda *_: check[1:])
         switch = ScenarioManager(library, first, Path(folder, "started"), lambda _: check, trials)

@@ -33,6 +33,7 @@ class Stack:
         with self._output.open("w") as output:
             self.process = subprocess.Popen(
                 [*launch, *names],
+                stdin=subprocess.PIPE,
                 stdout=output if terminal is None else terminal,
                 stderr=subprocess.STDOUT,
             )
@@ -67,6 +68,8 @@ class Stack:
     def close(self) -> None:
         self.process.kill()
         self.process.wait()
+        if self.process.stdin:
+            self.process.stdin.close()
         for pid in self.pids.values():
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
@@ -255,3 +258,18 @@ def test_scenario_whose_files_cannot_be_written_leaves_the_present_one_running(
     assert stack.newest.scenario == "three-cylinders"
     assert stack.pids == former
     assert all(map(_exists, former.values()))
+
+
+def test_processes_are_watched_while_a_request_is_answered(stack: Stack) -> None:
+    until(lambda: stack.stack_requests.has_subscribers)
+    save = StackRequest(id="slow", action=StackRequest.SAVE, name="slow")
+    stack.stack_requests.put(save)
+    os.kill(stack.pids["two"], signal.SIGKILL)
+    until(lambda: stack.state("two").restarts == 1, 10.0)
+    stack.until_ready("two")
+    assert stack.newest.last_request == ""
+    assert stack.process.stdin
+    stack.process.stdin.close()
+    until(lambda: stack.state("one") and stack.newest.last_request == "slow", 10.0)
+    assert stack.newest.refusal == ""
+    assert "slow" in [entry.name for entry in stack.newest.scenarios]

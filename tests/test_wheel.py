@@ -58,7 +58,9 @@ def test_the_rooms_work_without_torch_and_clone_in_a_folder_with_names_of_the_st
         subprocess.run([python, "-c", code], check=True, cwd=here, env=environment_of(tmp_path))
     assert subprocess.run([python, "-c", "import torch"], capture_output=True).returncode == 1
     command = [environment / "bin" / "lariat", "up"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    done = subprocess.run(
+        command, capture_output=True, text=True, cwd=tmp_path, env=environment_of(tmp_path)
+    )
     assert (done.returncode, "runs in a clone" in done.stderr) == (2, True)
 
 

@@ -127,13 +127,13 @@ class GoalEditor:
     def _add_gizmo(
         self, scene: viser.SceneApi, side: Side, actions: ActionQueue
     ) -> viser.TransformControlsHandle:
-        low, high = self._scenario.limits.workspace
+        # No limits of translation: viser counts them from where the gizmo was last shown. A goal
+        # outside the workspace is not reachable, and its preview says so.
         gizmo = scene.add_transform_controls(
             f"/edit/{side}",
             scale=GIZMO_SCALE * self._scenario.rope.length,
             line_width=3.0,
             disable_rotations=not self._scenario.end(side).rotates,
-            translation_limits=tuple(zip(low, high, strict=True)),
             depth_test=False,
             visible=False,
         )

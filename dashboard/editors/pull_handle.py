@@ -34,7 +34,6 @@ class PullHandle:
         when_pulled: Callable[[], None],
     ) -> None:
         """Add gizmo and slider to the page, hidden."""
-        low, high = scenario.limits.workspace
         count = scenario.rope.node_count
         self._when_pulled = when_pulled
         self._nodes: Float64[np.ndarray, "n 3"] = np.zeros((0, 3))
@@ -46,7 +45,6 @@ class PullHandle:
             scale=SCALE * scenario.rope.length,
             line_width=3.0,
             disable_rotations=True,
-            translation_limits=tuple(zip(low, high, strict=True)),
             depth_test=False,
             visible=False,
         )

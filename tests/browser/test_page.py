@@ -107,13 +107,13 @@ def test_dragged_end_is_drafted_previewed_and_set(cell: tuple[Cell, Page]) -> No
     expect(page.get_by_text("The present goal", exact=True)).to_be_visible()
     expect(page.get_by_role("button", name="Set goal")).to_be_disabled()
     arrow = before + np.array([0.0, 0.0, 0.75 * 0.25 * SCENARIO.rope.length])
-    up = np.array([0.0, 0.0, 0.08])
-    drag(page, on_screen(page, SCENARIO, arrow), on_screen(page, SCENARIO, arrow + up))
+    down = np.array([0.0, 0.0, -0.08])
+    drag(page, on_screen(page, SCENARIO, arrow), on_screen(page, SCENARIO, arrow + down))
     press_set_goal(page)
     request = stage.asked(topics.TASK_REQUEST)
     assert request.action == TaskRequest.SET_GOAL
     moved = grip_pose(request.goal.left).position - before
-    assert 0.06 < moved[2] < 0.1
+    assert -0.1 < moved[2] < -0.06
     np.testing.assert_allclose(moved[:2], 0.0, atol=1e-6)
     assert request.goal.left == stage.newest(topics.TASK_GOAL_DRAFT).left
 

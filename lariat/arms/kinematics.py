@@ -19,8 +19,7 @@ from jaxtyping import Float64
 from lariat.arms.path_kernel import MOST_JOINTS, SPEED_CUTOFF, ArmPath, PathKernel
 from lariat.arms.serial_chain import SerialChain
 from lariat.arms.sphere_cover import Cover, sphere_cover
-from lariat.arms.urdf import MAX_URDF_SIZE
-from lariat.files.bounded_file import read_file
+from lariat.arms.urdf import Urdf, read_robot
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 
@@ -41,6 +40,8 @@ BRANCH_LIMIT_MARGIN = 0.5
 POSTURE_TOLERANCE = 1e-4
 """Motion towards the posture, without moving the grip, below which it has converged [rad]."""
 
+MAX_JOINT_ANGLE = 4.0 * math.pi
+"""Largest limit of a joint that is taken for radians [rad]."""
 CONTINUOUS_RANGE = 2.0 * math.pi
 """Largest angle of a joint without limits, in each direction [rad]."""
 UNSTATED_LIMITS = {"effort": "100", "velocity": "2"}
@@ -76,7 +77,7 @@ class UrdfKinematics:
         """
         self._model, geometry = load_arm(urdf, flange)
         self._data = self._model.createData()
-        self._frame = self._model.getFrameId(flange)
+        self._frame = self._model.getFrameId(flange, pinocchio.FrameType.BODY)
         self._chain = SerialChain(self._model, self._frame)
         self._T_world_base, self._T_flange_grip = T_world_base, T_flange_grip
         self._T_base_world, self._T_grip_flange = T_world_base.inverse(), T_flange_grip.inverse()
@@ -347,8 +348,8 @@ def load_arm(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.Geomet
     """
     if not urdf.is_file():
         raise ValueError(f"there is no URDF {urdf}")
+    text = _with_limits(urdf, flange)
     try:
-        text = _with_limits(urdf)
         model = pinocchio.buildModelFromXML(text)
         geometry = pinocchio.buildGeomFromUrdfString(
             model,
@@ -356,12 +357,12 @@ def load_arm(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.Geomet
             pinocchio.GeometryType.COLLISION,
             package_dirs=[str(folder) for folder in urdf.resolve().parents],
         )
-    except (ValueError, ElementTree.ParseError) as error:
+    except ValueError as error:
         raise ValueError(f"{urdf} cannot be read as a URDF: {error}") from error
-    if not model.existFrame(flange):
+    if not model.existFrame(flange, pinocchio.FrameType.BODY):
         links = [f.name for f in model.frames if f.type == pinocchio.FrameType.BODY]
         raise ValueError(f"{urdf} has no link {flange!r}; its links are {', '.join(links)}")
-    joint = model.frames[model.getFrameId(flange)].parentJoint
+    joint = model.frames[model.getFrameId(flange, pinocchio.FrameType.BODY)].parentJoint
     arm = {int(each) for each in model.supports[joint]} - {0}
     locked = [k for k in range(1, model.njoints) if k not in arm]
     rest = np.clip(pinocchio.neutral(model), model.lowerPositionLimit, model.upperPositionLimit)
@@ -379,17 +380,47 @@ def load_arm(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.Geomet
     return model, geometry
 
 
-def _with_limits(urdf: Path) -> str:
-    """Text of a URDF in which continuous joints turn twice at most, once in each direction."""
-    robot = ElementTree.fromstring(read_file(urdf, MAX_URDF_SIZE))
-    for joint in robot.iter("joint"):
+def _with_limits(urdf: Path, flange: str) -> str:
+    """Text of a URDF in which continuous joints turn twice at most, once in each direction.
+
+    Joints between root and flange are checked: what Pinocchio takes for granted of them.
+    """
+    robot = read_robot(urdf)
+    links = {link.get("name") for link in robot.iterfind("link")}
+    chain = {joint.name for joint in Urdf(urdf).chain(flange)} if flange in links else set()
+    for joint in robot.iterfind("joint"):
+        name = joint.get("name")
+        limit = joint.find("limit")
+        if name in links:
+            # Pinocchio confuses a joint with a link of its name.
+            joint.set("name", f"{name}_joint")
         if joint.get("type") == "continuous":
             joint.set("type", "revolute")
-            limit = joint.find("limit")
             limit = ElementTree.SubElement(joint, "limit") if limit is None else limit
             limit.attrib |= {"lower": f"{-CONTINUOUS_RANGE}", "upper": f"{CONTINUOUS_RANGE}"}
-            for name, value in UNSTATED_LIMITS.items():
-                limit.attrib.setdefault(name, value)
+            for key, value in UNSTATED_LIMITS.items():
+                limit.attrib.setdefault(key, value)
+        if name not in chain or joint.get("type") != "revolute":
+            continue
+        mimicked = joint.find("mimic")
+        if mimicked is not None:
+            raise ValueError(
+                f"joint {name!r} of {urdf} mimics {mimicked.get('joint')!r}; each joint between "
+                f"the base and {flange!r} must be driven by itself"
+            )
+        if limit is None:
+            raise ValueError(f"joint {name!r} of {urdf} has no limits lower and upper")
+        low, high = (float(limit.get(key, "0")) for key in ("lower", "upper"))
+        if low >= high:
+            raise ValueError(
+                f"joint {name!r} of {urdf} turns from lower = {low:g} to upper = {high:g} rad; "
+                "lower must be the smaller one"
+            )
+        if max(-low, high) > MAX_JOINT_ANGLE:
+            raise ValueError(
+                f"joint {name!r} of {urdf} turns from {low:g} to {high:g} rad; limits are in "
+                'radians (180 degrees are 3.1416), and a joint without any is type="continuous"'
+            )
     return ElementTree.tostring(robot, encoding="unicode")
 
 

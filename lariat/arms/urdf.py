@@ -75,23 +75,25 @@ class Urdf:
 
         Raises:
             OSError: It cannot be read.
-            ValueError: It is not a URDF.
+            ValueError: It is not a URDF, or a joint of it lacks what it needs.
         """
-        try:
-            self.tree = ElementTree.fromstring(read_file(path, MAX_URDF_SIZE))
-        except ElementTree.ParseError as error:
-            raise ValueError(f"{path} is not a URDF: {error}") from error
+        self.tree = read_robot(path)
         """Root element of the file."""
-        self.joints = tuple(_joint(element) for element in self.tree.iterfind("joint"))
+        try:
+            self.joints = tuple(_joint(element) for element in self.tree.iterfind("joint"))
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from error
         """Joints in the order of the file."""
 
     @cached_property
     def root(self) -> str:
         """Name of the link that no joint moves."""
         children = {joint.child for joint in self.joints}
-        return next(
-            e.attrib["name"] for e in self.tree.iterfind("link") if e.get("name") not in children
-        )
+        links = (_attribute(element, "name") for element in self.tree.iterfind("link"))
+        root = next((link for link in links if link not in children), None)
+        if root is None:
+            raise ValueError("the URDF has no link that carries the others")
+        return root
 
     @cached_property
     def moving(self) -> tuple[Joint, ...]:
@@ -110,7 +112,7 @@ class Urdf:
         """Return the joints that have a value between the root and a link, in that order.
 
         Raises:
-            ValueError: There is no such link.
+            ValueError: There is no such link, or the joints above it form a circle.
         """
         above = {joint.child: joint for joint in self.joints}
         if link != self.root and link not in above:
@@ -118,6 +120,8 @@ class Urdf:
         found: list[Joint] = []
         while link in above:
             joint = above[link]
+            if joint in found:
+                raise ValueError(f"joint {joint.name!r} of the URDF is part of a circle")
             found.insert(0, joint)
             link = joint.parent
         return tuple(joint for joint in found if joint.type in MOVING_JOINTS)
@@ -136,24 +140,48 @@ class Urdf:
             yield joint.parent, joint.child, joint.T_parent_child(given.get(joint.name, 0.0))
 
 
+def read_robot(path: Path) -> ElementTree.Element:
+    """Return the root element of a URDF.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It is no XML of a robot, or is to be expanded by xacro first.
+    """
+    data = read_file(path, MAX_URDF_SIZE)
+    try:
+        robot = ElementTree.fromstring(data)
+    except ElementTree.ParseError as error:
+        raise ValueError(f"{path} is not a URDF: {error}") from error
+    if robot.tag != "robot":
+        raise ValueError(f"{path} is not a URDF: its root is <{robot.tag}>, not <robot>")
+    if any("ros.org" in each.tag or "${" in "".join(each.attrib.values()) for each in robot.iter()):
+        raise ValueError(f"{path} is a xacro file; expand it: xacro {path.name} > robot.urdf")
+    return robot
+
+
 def _joint(element: ElementTree.Element) -> Joint:
-    axis = _numbers(element.find("axis"), "xyz", "1 0 0")
-    x, y, z = (axis / np.linalg.norm(axis)).tolist()
-    return Joint(
-        element.attrib["name"],
-        element.attrib["type"],
-        _named(element, "parent"),
-        _named(element, "child"),
-        _origin(element.find("origin")),
-        (x, y, z),
-    )
+    name, kind = _attribute(element, "name"), _attribute(element, "type")
+    try:
+        axis = _numbers(element.find("axis"), "xyz", "1 0 0")
+        origin = _origin(element.find("origin"))
+    except ValueError as error:
+        raise ValueError(f"joint {name!r}: {error}") from error
+    length = float(np.linalg.norm(axis))
+    if kind in MOVING_JOINTS and not (len(axis) == 3 and 0.0 < length < np.inf):
+        raise ValueError(f"joint {name!r}: axis {axis.tolist()} is no direction; give x, y, z")
+    x, y, z = (axis / length).tolist() if kind in MOVING_JOINTS else (1.0, 0.0, 0.0)
+    links = (element.find("parent"), element.find("child"))
+    parent, child = ("" if link is None else link.get("link", "") for link in links)
+    if not (parent and child):
+        raise ValueError(f"joint {name!r} names no parent or no child link")
+    return Joint(name, kind, parent, child, origin, (x, y, z))
 
 
-def _named(element: ElementTree.Element, tag: str) -> str:
-    found = element.find(tag)
-    if found is None:
-        raise ValueError(f"joint {element.get('name')!r} has no {tag}")
-    return found.attrib["link"]
+def _attribute(element: ElementTree.Element, name: str) -> str:
+    value = element.get(name)
+    if value is None:
+        raise ValueError(f"a <{element.tag}> of the URDF has no {name}")
+    return value
 
 
 def _bodies(link: ElementTree.Element) -> Iterator[Body]:
@@ -163,13 +191,15 @@ def _bodies(link: ElementTree.Element) -> Iterator[Body]:
                 case "box":
                     size = _numbers(shape, "size", "")
                 case "cylinder":
-                    size = np.array([float(shape.attrib["radius"]), float(shape.attrib["length"])])
+                    size = np.array(
+                        [float(_attribute(shape, each)) for each in ("radius", "length")]
+                    )
                 case "sphere":
-                    size = np.array([float(shape.attrib["radius"])])
+                    size = np.array([float(_attribute(shape, "radius"))])
                 case _:
                     continue
             pose = _origin(element.find("origin"))
-            yield Body(link.attrib["name"], pose, shape.tag, tuple(size.tolist()))
+            yield Body(_attribute(link, "name"), pose, shape.tag, tuple(size.tolist()))
 
 
 def _origin(element: ElementTree.Element | None) -> Pose:

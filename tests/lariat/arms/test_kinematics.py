@@ -9,7 +9,8 @@ import numpy as np
 import pinocchio  # pyright: ignore[reportMissingImports]
 import pytest
 
-from lariat.arms.kinematics import UrdfKinematics
+from lariat.arms.kinematics import UrdfKinematics, load_arm
+from lariat.arms.urdf import Urdf
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from tests.robots import PANDA, UR5, Robot
@@ -157,8 +158,57 @@ def test_what_cannot_be_an_arm_is_refused_by_name(tmp_path: Path):
         UrdfKinematics(sliding, "tool", BASE, TOOL)
     broken = tmp_path / "broken.urdf"
     broken.write_text("<robot")
-    with pytest.raises(ValueError, match="cannot be read as a URDF"):
+    with pytest.raises(ValueError, match="is not a URDF"):
         UrdfKinematics(broken, "tool", BASE, TOOL)
+
+
+LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+
+
+@pytest.mark.parametrize(
+    ("joint", "reason"),
+    [
+        ('<axis xyz="0 0 0"/>' + LIMIT, "joint 'turn': axis .* is no direction"),
+        (LIMIT.replace('"1" e', '"-2" e'), "from lower = -1 to upper = -2 rad"),
+        (LIMIT.replace("1", "180"), "limits are in radians"),
+        (LIMIT + '<mimic joint="other"/>', "mimics 'other'"),
+        ("", "has no limits"),
+        (LIMIT + '<origin xyz="${x} 0 0"/>', "is a xacro file; expand it"),
+        (LIMIT + '<origin xyz="a 0 0"/>', "joint 'turn': could not convert"),
+    ],
+)
+def test_a_mistake_in_a_joint_is_named(tmp_path: Path, joint: str, reason: str):
+    path = tmp_path / "arm.urdf"
+    path.write_text(
+        '<robot name="r"><link name="base"/><link name="tool"/><joint name="turn" type="revolute">'
+        f'<parent link="base"/><child link="tool"/>{joint}</joint></robot>'
+    )
+    with pytest.raises(ValueError, match=reason):
+        UrdfKinematics(path, "tool", BASE, TOOL)
+
+
+@pytest.mark.slow
+def test_every_robot_of_example_robot_data_loads_or_is_refused_for_a_joint_of_its_chain():
+    loaded = 0
+    folder = next(parent for parent in UR5.path.parents if parent.name == "robots")
+    for path in sorted(folder.rglob("*.urdf")):
+        robot = Urdf(path)
+        tips = {joint.child for joint in robot.joints} - {joint.parent for joint in robot.joints}
+        if not tips:
+            continue
+        tip = max(sorted(tips), key=lambda link: len(robot.chain(link)))
+        try:
+            model, _ = load_arm(path, tip)
+        except ValueError as error:
+            reason = str(error)
+        else:
+            reason = ""
+            loaded += 1
+            assert model.nq == len(robot.chain(tip)), path
+        assert not reason or any(f"joint '{joint.name}'" in reason for joint in robot.joints), (
+            reason
+        )
+    assert loaded > 40
 
 
 def test_a_joint_without_limits_turns_once_in_each_direction(tmp_path: Path):

@@ -83,6 +83,7 @@ def main(
     reports = preflight.check(loaded)
     starts = arm_starts(loaded)
     distances = preflight.rest_distances(loaded)
+    errors = preflight.resolution_errors(loaded)
     path = planned(loaded, alternatives, nearest) if plan else {}
     code = 0 if path.get("reached", True) else 1
     if json:
@@ -97,6 +98,7 @@ def main(
             "doubts": list(doubts(loaded)),
             "shapes": shapes,
             "rest_distance_mm": {key: round(1e3 * d, 3) for key, d in distances.items()},
+            "resolution_mm": {key: round(1e3 * error, 3) for key, error in errors.items()},
             "start_joints_deg": starts,
         }
         if plan:
@@ -120,6 +122,12 @@ def main(
             print(
                 f"  {key}: the rope as [rope] has it does not rest in this shape; the nearest "
                 f"within reach that was found is {1e3 * distance:.1f} mm away on average"
+            )
+    for key, error in errors.items():
+        if error > loaded.run.tolerance:
+            print(
+                f"  {key}: {loaded.rope.node_count} nodes are few for this rope, which hangs about "
+                f"{1e3 * error:.0f} mm elsewhere; raise rope.node_count"
             )
     for side, joints in starts.items():
         print(f"  {side} arm at the start: joints {', '.join(f'{j:.1f}' for j in joints)} deg")

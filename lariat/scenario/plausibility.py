@@ -41,7 +41,7 @@ FACTORS = (0.1, 10.0, 0.01, 100.0, 1e-3, 1e3)
 def doubts(scenario: Scenario) -> tuple[str, ...]:
     """Return a line about each value that is plausible only by mistake, with a way out."""
     return (
-        *_rope_doubts(scenario.rope),
+        *_rope_doubts(scenario.rope, scenario.run.tolerance),
         *_camera_doubts(scenario),
         *_obstacle_doubts(scenario),
         *_run_doubts(scenario),
@@ -57,7 +57,7 @@ class _Value:
     unit: str
 
 
-def _rope_doubts(rope: Rope) -> Iterator[str]:
+def _rope_doubts(rope: Rope, tolerance: float) -> Iterator[str]:
     length = _Value("rope.length", rope.length, "m")
     diameter = _Value("rope.diameter", rope.diameter, "m")
     weight = _Value("rope.linear_density", rope.linear_density, "kg/m")
@@ -98,6 +98,14 @@ def _rope_doubts(rope: Rope) -> Iterator[str]:
         yield (
             f"the rope stretches by {100.0 * strain:.3g} % under its own weight; "
             f"{_remedy(cures, (0.0, MAX_STRETCH_BY_WEIGHT))}"
+        )
+    change = force * rope.length / rope.stretch_stiffness
+    solid = rope.youngs_modulus * 0.25 * math.pi * rope.diameter**2
+    if change > tolerance and solid > rope.stretch_stiffness:
+        yield (
+            f"the force that bends the rope, {force:.3g} N, shortens it by {1e3 * change:.2g} mm at "
+            f"rope.stretch_stiffness = {rope.stretch_stiffness:g} N; a solid rope of its modulus "
+            f"has {solid:.3g} N"
         )
 
 

@@ -19,6 +19,7 @@ from lariat.scenario import Scenario
 from lariat.scenario.entries import inline
 from lariat.scenario.settings import load_with
 from services.robot_gateway.drivers.factory import drivers_of
+from stack import preflight
 from stack.simulation.rest_shape import rest_shape
 
 
@@ -42,6 +43,22 @@ def test_check_tells_how_far_a_goal_is_from_a_rest_shape(
         distances.append(json.loads(capsys.readouterr().out)["rest_distance_mm"]["goal"])
     assert distances[0] < 0.1
     assert 5.0 < distances[1] < 8.0
+
+
+def test_check_tells_how_far_a_rope_of_few_nodes_hangs_from_one_of_many(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    shapes = []
+    for count in (10, 181):
+        scenario = load_with(Path("three-cylinders"), [f"rope.node_count={count}"])
+        shapes.append(preflight._at_rest(scenario, "start", scenario.start))
+    error = 1e3 * np.linalg.norm(shapes[0] - shapes[1][::20], axis=1).max()
+    few = ("rope.node_count=10", "run.tolerance=0.001")
+    assert check.main(Path("three-cylinders"), json=True, set=few) == 0
+    estimate = json.loads(capsys.readouterr().out)["resolution_mm"]["start"]
+    assert estimate == pytest.approx(error, rel=0.3)
+    assert check.main(Path("three-cylinders"), set=few) == 0
+    assert "start: 10 nodes are few for this rope" in capsys.readouterr().out
 
 
 def test_alternatives_are_listed(capsys: pytest.CaptureFixture[str]) -> None:

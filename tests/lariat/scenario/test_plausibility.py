@@ -48,6 +48,7 @@ def test_no_shipped_scenario_is_doubted(name: str):
         ("modulus = 1.0e6", "modulus = 1.0e3", ""),
         ("diameter = 0.008", "diameter = 0.0008", "times smaller than weight times length squared"),
         ("density = 0.044", "density = 0.044\nstretch_stiffness = 2.0", "stretches by 9.71 %"),
+        ("modulus = 1.0e6", "modulus = 4.0e9", "shortens it by 35 mm at rope.stretch_stiffness"),
         ("radius = 0.03", "radius = 5.0", "obstacle 'post' is 5 m large"),
         ("[0.0, 0.3, 0.1]", "[0.0, 9.0, 0.1]", "obstacle 'post' is 8.8 m away"),
         ("tolerance = 0.002", "tolerance = 0.05", "run.tolerance = 0.05 m is 11.1 %"),

@@ -42,7 +42,7 @@ def read_mesh(path: Path) -> Float64[np.ndarray, "m 3 3"]:
     content = read_file(path, MAX_MESH_SIZE)
     try:
         triangles = _obj(content) if suffix == ".obj" else _stl(content)
-    except (ValueError, IndexError, UnicodeDecodeError) as error:
+    except (ValueError, IndexError) as error:
         raise ValueError(f"{path} is damaged: {error}") from error
     if not len(triangles):
         raise ValueError(f"{path} holds no triangle")
@@ -57,7 +57,8 @@ def _stl(content: bytes) -> Float64[np.ndarray, "m 3 3"]:
     if len(content) >= HEADER_SIZE and len(content) == HEADER_SIZE + RECORD.itemsize * count:
         _check_count(count)
         return np.frombuffer(content, RECORD, offset=HEADER_SIZE)["corners"].astype(float)
-    if not content.lstrip().startswith(b"solid"):
+    head = content.lstrip(b"\xef\xbb\xbf \t\r\n")[:5].lower()
+    if head != b"solid" or b"\0" in content:
         raise ValueError(f"its header says {count} triangles, which it is too short or long for")
     corners: list[list[float]] = []
     for key, *words in _lines(content):
@@ -83,16 +84,21 @@ def _obj(content: bytes) -> Float64[np.ndarray, "m 3 3"]:
 
 
 def _lines(content: bytes) -> Iterator[list[str]]:
-    """Yield the words of each line that has some, one line after the other.
+    """Yield the words of each line that has some; the first one, its keyword, in small letters.
+
+    A backslash at its end continues a line. Names and comments may be in any encoding.
 
     Raises:
-        ValueError: A line is too long, or no text.
+        ValueError: A line is too long.
     """
-    for line in io.BytesIO(content):
+    begun = b""
+    for part in io.BytesIO(content.removeprefix(b"\xef\xbb\xbf")):
+        line = begun + part.rstrip()
         if len(line) > MAX_LINE_SIZE:
             raise ValueError(f"a line has {len(line)} bytes, more than {MAX_LINE_SIZE}")
-        if words := line.decode().split():
-            yield words
+        begun = line[:-1] + b" " if line.endswith(b"\\") else b""
+        if not begun and (words := line.decode(errors="replace").split()):
+            yield [words[0].lower(), *words[1:]]
 
 
 def _check_count(count: int) -> None:

@@ -103,9 +103,9 @@ def _rope_doubts(rope: Rope, tolerance: float) -> Iterator[str]:
     solid = rope.youngs_modulus * 0.25 * math.pi * rope.diameter**2
     if change > tolerance and solid > rope.stretch_stiffness:
         yield (
-            f"the force that bends the rope, {force:.3g} N, shortens it by {1e3 * change:.2g} mm at "
-            f"rope.stretch_stiffness = {rope.stretch_stiffness:g} N; a solid rope of its modulus "
-            f"has {solid:.3g} N"
+            f"the force that bends the rope, {force:.3g} N, shortens it by {1e3 * change:.2g} mm "
+            f"at rope.stretch_stiffness = {rope.stretch_stiffness:g} N; a solid rope of its "
+            f"modulus has {solid:.3g} N"
         )
 
 

@@ -31,6 +31,7 @@ from lariat.identification import (
     predict,
     undetermined,
 )
+from lariat.identification.motion import Up, doubts, with_z_up
 from lariat.rod import RodProperties
 from lariat.suggestion import did_you_mean_file
 
@@ -51,6 +52,8 @@ def main(
     diameter: float = 0.008,
     drag_coefficient: float = 0.0,
     grip: Grip = "clamped",
+    scale: float = 1.0,
+    up: Up = "z",
     json: bool = False,
 ) -> int:
     """Fit a rope's properties to measured motion, and score the rod's open-loop prediction.
@@ -76,17 +79,23 @@ def main(
         drag_coefficient: Initial drag coefficient across the rope, e.g. 1.1; 0 leaves drag out [-].
         grip: Direction where two or more vertices are held: `clamped` if they are on the gripper,
             along the innermost two; `measured` if they are on the rope, as the vertices there bend.
+        scale: Size of the unit of `vertices` [m], e.g. 0.001 for millimetres.
+        up: Axis of the vertices that points up; predictions are written in metres with z up.
         json: Print one JSON object on standard output instead of a table.
 
     Returns:
         0 with a result; 2 when a file cannot be used.
     """
-    measured = read(file, grip)
-    source = read(train, grip) if train else measured
+    if not (np.isfinite(scale) and scale > 0.0):
+        raise ConfigurationError(f"--scale must be positive, got {scale}; millimetres are 0.001")
+    measured = read(file, grip, scale, up)
+    source = read(train, grip, scale, up) if train else measured
     for flag, path in (("--predictions", predictions), ("--plot", plot)):
         if path is not None and not path.parent.is_dir():
             raise ConfigurationError(f"{flag} {path}: there is no folder {path.parent}")
     messages = Console(stderr=True, highlight=False)
+    for line in doubts(source):
+        messages.print(f"note: {line}")
     try:
         start = _initial_properties(bending_stiffness, linear_density, diameter, drag_coefficient)
         with _progress(messages) as report:
@@ -123,8 +132,8 @@ def main(
     return 0
 
 
-def read(path: Path, grip: Grip = "clamped") -> Motion:
-    """Read a motion file.
+def read(path: Path, grip: Grip = "clamped", scale: float = 1.0, up: Up = "z") -> Motion:
+    """Read a motion file, in a unit [m] and with an axis up of its own.
 
     Raises:
         ConfigurationError: The file is missing or no motion file.
@@ -147,7 +156,10 @@ def read(path: Path, grip: Grip = "clamped") -> Motion:
             "see docs/concepts/identification.md"
         ) from error
     with refusing(path):
-        return check_motion(*values, grip)
+        vertices, dt, prescribed = values
+        if np.issubdtype(vertices.dtype, np.number) and vertices.ndim and vertices.shape[-1] == 3:
+            vertices = with_z_up(scale * vertices, up)
+        return check_motion(vertices, dt, prescribed, grip)
 
 
 def _initial_properties(

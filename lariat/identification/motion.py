@@ -20,8 +20,15 @@ on the rope, which bends between them; it has the tangent of a cubic through the
 
 MAX_ROPE_LENGTH = 100.0
 """Length above which the vertices are assumed not to be in metres [m]."""
+USUAL_ROPE_LENGTH = 5.0
+"""Length above which other units than metres are likely [m]."""
 MIN_FRAMES = 10
 """Smallest number of frames of a sequence."""
+MIN_SAG = 0.02
+"""Mean distance from the line between the held vertices that tells gravity, by the length [-]."""
+AXES = ("x", "y", "z")
+Up = Literal["x", "y", "z", "-x", "-y", "-z"]
+"""Axis of a file that points up."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +95,48 @@ class Motion:
         return poses.normalized(np.einsum("k,stkc->stc", weights, near))
 
 
+def with_z_up(vertices: Float64[np.ndarray, "*s 3"], up: Up) -> Float64[np.ndarray, "*s 3"]:
+    """Return positions in a right-handed frame whose z axis is the one that points up."""
+    sign = -1.0 if up.startswith("-") else 1.0
+    k = AXES.index(up[-1])
+    # The axes that follow keep their order, so that the frame stays right-handed.
+    x, y = (vertices[..., (k + 1) % 3], sign * vertices[..., (k + 2) % 3])
+    return np.stack([x, y, sign * vertices[..., k]], axis=-1)
+
+
+def doubts(motion: Motion) -> tuple[str, ...]:
+    """Return a line about each convention of a motion that gravity or its size contradict."""
+    lines = []
+    v = motion.vertices
+    length = float(np.median(np.linalg.norm(np.diff(v, axis=2), axis=3).sum(axis=2)))
+    if length > USUAL_ROPE_LENGTH:
+        lines.append(f"the rope is {length:.4g} m long; if vertices are in mm, give --scale 0.001")
+    sag = _sag(motion)
+    k = int(np.argmax(np.abs(sag)))
+    size = float(np.linalg.norm(sag))
+    if size > MIN_SAG * length and abs(sag[k]) > 0.9 * size and (k != 2 or sag[2] > 0.0):
+        down, up = ("", "-") if sag[k] > 0.0 else ("-", "")
+        lines.append(
+            f"the rope hangs towards {down}{AXES[k]}, by {1e3 * size:.0f} mm on average, and z is "
+            f"taken for up; give --up {up}{AXES[k]}"
+        )
+    return tuple(lines)
+
+
+def _sag(motion: Motion) -> Float64[np.ndarray, "3"]:
+    """Mean of the free vertices from the line between the held ones, or from the only one [m]."""
+    v = motion.vertices
+    first, last = motion.left - 1, v.shape[2] - motion.right
+    ends = v[:, :, max(first, 0)], v[:, :, min(last, v.shape[2] - 1)]
+    free = v[:, :, motion.free]
+    if motion.left and motion.right:
+        share = np.linspace(0.0, 1.0, free.shape[2] + 2)[1:-1, None]
+        line = (1.0 - share) * ends[0][:, :, None] + share * ends[1][:, :, None]
+    else:
+        line = ends[0 if motion.left else 1][:, :, None]
+    return (free - line).mean(axis=(0, 1, 2))
+
+
 def check_motion(
     vertices: object, dt: object, prescribed: object, grip: Grip = "clamped"
 ) -> Motion:
@@ -140,7 +189,10 @@ def check_motion(
         )
     length = float(np.median(chords.sum(axis=2)))
     if length > MAX_ROPE_LENGTH:
-        raise ValueError(f"the rope would be {length:.4g} m long; are vertices in metres?")
+        raise ValueError(
+            f"the rope would be {length:.4g} m long; vertices are in metres (of millimetres, "
+            "--scale 0.001 makes them)"
+        )
     if grip == "measured" and count < 5:
         raise ValueError(f"measured grips need at least 5 vertices, got {count}")
     return Motion(v, step, left, right, grip)

@@ -86,6 +86,8 @@ SIDEWAYS = np.array([[0.0, 0.10, 0.0], [0.0, 0.10, 0.0]])
 @pytest.mark.parametrize(("fault", "cause"), [("collision", "alarm"), ("frozen", "lost_link")])
 def test_fault_of_one_arm_stops_both_and_a_person_lets_both_go_on(fault: str, cause: str) -> None:
     world = TwoArms()
+    # Armed by itself, as emulated arms are; from here on as real ones.
+    world.cell._simulated = False
     world.follow(SIDEWAYS, 0.7, 1.4)
     assert np.all(world.speeds[-1] > 0.05), "both move"
     world.emulators[0].inject(fault)

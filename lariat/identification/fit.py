@@ -45,7 +45,7 @@ LENGTH_DIFFERENCE = 1e-3
 NODE_REFINEMENT = 4.0 / 3.0
 """Error of a rod, relative to what twice its nodes change: second order in the edge length [-]."""
 STEP_REFINEMENT = 4.0 / 3.0
-"""Error of the steps, relative to what half their duration changes: second order in it [-]."""
+"""Error of the steps, relative to what half their duration changes, if of second order [-]."""
 STIFFNESS_GRID = np.logspace(-4.5, 0.5, 11)
 """Values of EI / (weight per length times length^3) in the grid search [-]."""
 

@@ -105,7 +105,7 @@ def _rope_doubts(rope: Rope, tolerance: float) -> Iterator[str]:
         yield (
             f"the force that bends the rope, {force:.3g} N, shortens it by {1e3 * change:.2g} mm "
             f"at rope.stretch_stiffness = {rope.stretch_stiffness:g} N; a solid rope of its "
-            f"modulus has {solid:.3g} N"
+            f"modulus has {solid:.3g} N, to be given there"
         )
 
 

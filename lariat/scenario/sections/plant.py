@@ -49,8 +49,8 @@ class Plant:
     slip: Slip = Slip()
     self_contact: bool = False
     """Whether strands of the model `rod` collide with each other."""
-    friction: Annotated[float, Bounds(0.0, 5.0)] = 0.3
-    """Friction coefficient between rope and obstacles."""
+    friction: Annotated[float, Bounds(0.0, 5.0)] | None = None
+    """Friction coefficient between rope and obstacles; by default 0 for `rod`, else 0.3."""
     color: Color = (255, 255, 255)
     """Colour of the rope: red, green, blue."""
     table_color: Color = (66, 70, 76)
@@ -64,4 +64,9 @@ class Plant:
         if self.slip.side and self.model != "links":
             raise ValueError(
                 f"slip: the rope of model = {self.model!r} cannot leave a grip; use model = 'links'"
+            )
+        if self.model == "rod" and self.self_contact and self.friction:
+            raise ValueError(
+                f"friction: the model 'rod' has none beside self_contact, got {self.friction:g}; "
+                "leave out one of them"
             )

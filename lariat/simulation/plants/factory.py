@@ -39,7 +39,8 @@ def _plant_of_true_grips(scenario: Scenario) -> Plant:
     if scenario.plant.model == "rod":
         from lariat.simulation.plants.rod_plant import RodPlant
 
-        return RodPlant(properties, count, scenario.bodies, scenario.plant.self_contact)
+        own = scenario.plant
+        return RodPlant(properties, count, scenario.bodies, own.self_contact, own.friction or 0.0)
     # Imported here: a cell with the rod as its plant does not need MuJoCo.
     from lariat.simulation.plants.flex_rope import FlexRope
     from lariat.simulation.plants.linked_rope import LinkedRope
@@ -54,8 +55,8 @@ def _plant_of_true_grips(scenario: Scenario) -> Plant:
             "node_count": count,
             "stiffness_profile": scenario.plant.rope.stiffness_profile,
             "rest_curvature": scenario.plant.rope.rest_curvature,
-            "friction": scenario.plant.friction,
         }
+        | ({} if scenario.plant.friction is None else {"friction": scenario.plant.friction})
     )
     kind = LinkedRope if scenario.plant.model == "links" else FlexRope
     return MujocoPlant(kind(rope), scenario.bodies)

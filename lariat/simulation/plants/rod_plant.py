@@ -28,6 +28,7 @@ class RodPlant:
         node_count: int,
         obstacles: Sequence[Obstacle] = (),
         self_contact: bool = False,
+        friction: float = 0.0,
     ) -> None:
         """Create a straight rod.
 
@@ -36,7 +37,9 @@ class RodPlant:
             node_count: Number of nodes.
             obstacles: Obstacles that the rope can touch.
             self_contact: Whether strands of the rope touch each other.
+            friction: Coefficient of friction of the rope on all obstacles [-].
         """
+        self._friction = friction
         self._rod = Rod(properties, node_count, self_contact=self_contact)
         half = properties.length / 2.0
         self._state = self._rod.straight([-half, 0.0, 1.0], [half, 0.0, 1.0])
@@ -58,8 +61,8 @@ class RodPlant:
 
     def set_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Replace all obstacles; the rope keeps its state."""
-        # The friction of obstacles is that of the model of the rope.
-        self._obstacles = pack([replace(o, friction=0.0) for o in obstacles])
+        # The friction that obstacles bring along is that of the model of the rope.
+        self._obstacles = pack([replace(o, friction=self._friction) for o in obstacles])
 
     def reset(
         self, left: Pose, right: Pose, guess: Float64[np.ndarray, "m 3"] | None = None

@@ -1,11 +1,15 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
 from lariat.rod import RodProperties
+from lariat.scenario import load
 from lariat.simulation.plants.end_motion import EndMotion
+from lariat.simulation.plants.factory import build_plant
 from lariat.simulation.plants.rod_plant import RodPlant
 
 ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
@@ -32,3 +36,24 @@ def closest_approach(self_contact: bool) -> float:
 def test_strands_of_a_curled_rope_touch_with_self_contact_only() -> None:
     assert closest_approach(False) < 0.7
     assert closest_approach(True) > 0.95
+
+
+def lag_on_a_bar(friction: float | None) -> float:
+    """Distance that a rope over a bar stays behind grips that move 20 mm along it [mm]."""
+    scenario = load("over-a-bar")
+    rope = replace(scenario.plant.rope, node_count=40)
+    own = replace(scenario.plant, model="rod", friction=friction, rope=rope)
+    plant = build_plant(replace(scenario, plant=own))
+    left, right = scenario.grips(scenario.goal)
+    plant.reset(left, right)
+    start = plant.nodes
+    for step in range(1, 101):
+        moved = np.array([0.0, 0.02 * min(1.0, step / 50), 0.0])
+        ends = (EndMotion(Pose(grip.position + moved, grip.orientation)) for grip in (left, right))
+        plant.step(*ends, 0.02)
+    return 1e3 * float(np.max(start[:, 1] + 0.02 - plant.nodes[:, 1]))
+
+
+def test_friction_of_the_plant_holds_a_rope_on_its_support_where_it_is_set() -> None:
+    assert lag_on_a_bar(None) < 0.3
+    assert lag_on_a_bar(0.5) > 10.0

@@ -13,6 +13,10 @@ MAGIC_NUMBERS = {
     b"%PDF": "a PDF document",
     b"\x1f\x8b": "a gzip archive",
     b"\x7fELF": "a program",
+    b"ply\n": "a mesh in PLY format",
+    b"ply\r": "a mesh in PLY format",
+    b"ISO-10303-21": "a CAD model (STEP)",
+    b"version https://git-lfs": "a pointer of Git LFS, whose file `git lfs pull` fetches",
 }
 """Kinds by the first bytes of the file."""
 TEXT_KINDS = {
@@ -22,6 +26,7 @@ TEXT_KINDS = {
     ".py": "a Python program",
     ".json": "a JSON file",
     ".urdf": "a robot's description (URDF)",
+    ".dae": "a mesh in COLLADA format",
 }
 """Kinds of texts by the ending of the name."""
 HEAD_SIZE = 4096
@@ -37,9 +42,13 @@ def kind_of(path: Path) -> str:
         return "a file that cannot be read"
     if not head:
         return "an empty file"
-    for magic, kind in MAGIC_NUMBERS.items():
-        if head.startswith(magic):
-            return kind
+    if kind := known_kind(head):
+        return kind
     if b"\0" in head:
         return "a binary file of an unknown kind"
     return TEXT_KINDS.get(path.suffix.lower(), "a text")
+
+
+def known_kind(head: bytes) -> str:
+    """Return the kind of a file by its first bytes; empty where they tell none."""
+    return next((kind for magic, kind in MAGIC_NUMBERS.items() if head.startswith(magic)), "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import io
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -11,6 +12,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.files.bounded_file import read_file
+from lariat.files.file_kind import kind_of, known_kind
 
 MAX_MESH_SIZE = 64 * 2**20
 """Largest file of a mesh [bytes]."""
@@ -37,13 +39,15 @@ def read_mesh(path: Path) -> Float64[np.ndarray, "m 3 3"]:
         OSError: The file cannot be read.
     """
     suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise ValueError(f"{path} ends in {suffix!r}; give a mesh as {' or '.join(SUFFIXES)}")
     content = read_file(path, MAX_MESH_SIZE)
+    if suffix not in SUFFIXES or known_kind(content):
+        raise ValueError(f"{path} is {kind_of(path)}; give a mesh as {' or '.join(SUFFIXES)}")
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        content = content.decode("utf-16", "replace").encode()
     try:
         triangles = _obj(content) if suffix == ".obj" else _stl(content)
-    except (ValueError, IndexError) as error:
-        raise ValueError(f"{path} is damaged: {error}") from error
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
     if not len(triangles):
         raise ValueError(f"{path} holds no triangle")
     if not np.all(np.isfinite(triangles)):
@@ -57,14 +61,21 @@ def _stl(content: bytes) -> Float64[np.ndarray, "m 3 3"]:
     if len(content) >= HEADER_SIZE and len(content) == HEADER_SIZE + RECORD.itemsize * count:
         _check_count(count)
         return np.frombuffer(content, RECORD, offset=HEADER_SIZE)["corners"].astype(float)
-    head = content.lstrip(b"\xef\xbb\xbf \t\r\n")[:5].lower()
-    if head != b"solid" or b"\0" in content:
-        raise ValueError(f"its header says {count} triangles, which it is too short or long for")
+    if b"\0" in content:
+        raise ValueError(
+            f"it is damaged or no STL file: {count} triangles by its header, which {len(content)} "
+            "bytes are too few or many for"
+        )
+    if content.lstrip(b"\xef\xbb\xbf \t\r\n")[:5].lower() != b"solid":
+        raise ValueError("it is no STL file: as a text it would begin with 'solid'")
     corners: list[list[float]] = []
+    key = ""
     for key, *words in _lines(content):
         if key == "vertex":
-            corners.append([float(word) for word in words[:3]])
+            corners.append(_point(words))
             _check_count(len(corners) // 3)
+    if key != "endsolid" or len(corners) % 3:
+        raise ValueError("it is damaged: it ends before 'endsolid', or within a triangle")
     return np.array(corners, float).reshape(-1, 3, 3)
 
 
@@ -74,7 +85,7 @@ def _obj(content: bytes) -> Float64[np.ndarray, "m 3 3"]:
     faces: list[tuple[int, int, int]] = []
     for key, *words in _lines(content):
         if key == "v":
-            vertices.append([float(word) for word in words[:3]])
+            vertices.append(_point(words))
             _check_count(len(vertices) // 3)
         elif key == "f":
             corners = _corners(words, len(vertices))
@@ -101,6 +112,19 @@ def _lines(content: bytes) -> Iterator[list[str]]:
             yield [words[0].lower(), *words[1:]]
 
 
+def _point(words: Sequence[str]) -> list[float]:
+    """Return coordinates, with decimal points or commas.
+
+    Raises:
+        ValueError: They are no three numbers.
+    """
+    try:
+        x, y, z = (float(word.replace(",", ".")) for word in words[:3])
+    except ValueError as error:
+        raise ValueError(f"{' '.join(words)[:60]!r} is no point x y z") from error
+    return [x, y, z]
+
+
 def _check_count(count: int) -> None:
     """Check a number of triangles while they are read.
 
@@ -119,7 +143,10 @@ def _corners(words: Sequence[str], count: int) -> list[int]:
     """
     found = []
     for word in words:
-        index = int(word.split("/")[0])
+        try:
+            index = int(word.split("/")[0])
+        except ValueError as error:
+            raise ValueError(f"a face names {word[:60]!r}, which is no vertex") from error
         if not (0 < index <= count or -count <= index < 0):
             raise ValueError(f"a face names vertex {index} of {count}")
         found.append(index - 1 if index > 0 else count + index)

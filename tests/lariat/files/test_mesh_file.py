@@ -46,8 +46,9 @@ def obj(face: str = QUAD) -> bytes:
         ("plate.obj", obj("f -4 -3 -2 -1") + b"v 9 9 9\n"),
         ("plate.stl", b"\xef\xbb\xbf" + text_stl().replace(b"plate", b"Tr\xe4ger").upper()),
         ("plate.obj", obj("f 1 2 \\\r\n 3 4")),
+        ("plate.stl", text_stl().decode().replace(".", ",").encode("utf-16")),
     ],
-    ids=["binary", "text", "obj", "backwards", "capitals", "continued"],
+    ids=["binary", "text", "obj", "backwards", "capitals", "continued", "utf-16 with commas"],
 )
 def test_files_of_one_mesh_are_the_same(tmp_path: Path, name: str, content: bytes) -> None:
     (tmp_path / name).write_bytes(content)
@@ -58,8 +59,14 @@ def test_files_of_one_mesh_are_the_same(tmp_path: Path, name: str, content: byte
     ("name", "content", "words"),
     [
         ("plate.step", b"", "give a mesh as .stl or .obj"),
-        ("plate.stl", binary_stl()[:-3], "is damaged"),
-        ("plate.stl", b"nothing of a mesh", "is damaged"),
+        ("plate.stl", b"ply\nformat ascii 1.0\n", "is a mesh in PLY format; give a mesh as .stl"),
+        ("plate.dae", b"<?xml version='1.0'?>", "is a mesh in COLLADA format; give a mesh as"),
+        ("plate.obj", b"version https://git-lfs.github.com/spec/v1\n", "`git lfs pull` fetches"),
+        ("plate.stl", binary_stl()[:-3], "is damaged or no STL file: 2 triangles by its header"),
+        ("plate.stl", text_stl()[:-20], "is damaged: it ends before 'endsolid'"),
+        ("plate.stl", b"nothing of a mesh", "is no STL file: as a text it would begin with"),
+        ("plate.stl", text_stl().replace(b"2.0", b"x"), "'1.0 x 0.0' is no point x y z"),
+        ("plate.obj", obj("f 1 2 x"), "a face names 'x', which is no vertex"),
         ("plate.stl", b"solid empty\nendsolid\n", "no triangle"),
         ("plate.stl", text_stl().replace(b"2.0", b"nan"), "not finite"),
         ("plate.obj", obj("f " + 2000 * "1 2 3 "), "a line has 12001 bytes, more than 4096"),

@@ -157,7 +157,7 @@ class Cell(threading.Thread):
             picture = RunPicture(run=run, time=request.time, data=image)
             self._stage.send(topics.RUN_PICTURE, picture)
 
-    def asked(self, topic: Topic, timeout: float = 10.0) -> Any:
+    def asked(self, topic: Topic, timeout: float = 60.0) -> Any:
         """The next message of a topic that the page has sent or will send."""
         with self._news:
             found = self._news.wait_for(

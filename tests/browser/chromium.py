@@ -111,8 +111,8 @@ def drag(page: Page, start: Float64[np.ndarray, "2"], end: Float64[np.ndarray, "
 
 
 def comes(page: Page, holds: Callable[[], bool]) -> bool:
-    """Whether something comes to hold within 30 s; a page is drawn when its machine has time."""
-    for _ in range(120):
+    """Whether something comes to hold within 60 s; a page is drawn when its machine has time."""
+    for _ in range(240):
         if holds():
             return True
         page.wait_for_timeout(250)

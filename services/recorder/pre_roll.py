@@ -54,6 +54,20 @@ class PreRoll:
         while self._messages and (self._messages[0].received < time or self.size > max_size):
             yield self._take()
 
+    def take_states(self, before: int, max_size: int) -> Iterator[QueuedMessage]:
+        """Remove and yield the oldest messages before a time [ns] that are no images.
+
+        It stops once their payloads exceed a size [bytes].
+        """
+        waiting, self._messages = self._messages, deque()
+        for message in waiting:
+            if message.topic.large or message.received >= before or max_size <= 0:
+                self._messages.append(message)
+                continue
+            self.size -= len(message.payload)
+            max_size -= len(message.payload)
+            yield message
+
     def take_oldest(self, max_size: float) -> Iterator[QueuedMessage]:
         """Remove and yield the oldest messages, until their payloads exceed a size [bytes]."""
         while self._messages and max_size > 0:

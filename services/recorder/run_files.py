@@ -1,9 +1,8 @@
 """Files of the recorder: every message of a run with the seconds before it, few of an idle cell.
 
 Messages wait in the pre-roll. While a run goes on or an arm moves, they pass from there to a file
-in each step; otherwise they leave it by age, and few of them are written to the idle cell's file. A
-recorder that falls behind leaves out images. The first file holds everything since the recorder's
-start, so that a run that begins soon can be replayed from the start of every process.
+in each step, at its begin states before images; otherwise they leave it by age, and few of them are
+written to the idle cell's file. A recorder that falls behind leaves out images.
 
 A file that cannot be written never stops the cell: `failure` gives the reason, and the recorder
 tries again later.
@@ -31,6 +30,7 @@ from services.recorder.retention import IDLE_ENDING, Retention
 from services.recorder.thinning import Thinning
 from shared.messages import FAILED, IDLE, REACHED, TaskState
 from shared.recording import Writer
+from shared.recording.layout import ORDERED_FROM
 
 log = logging.getLogger(__name__)
 
@@ -77,7 +77,7 @@ class RunFiles:
         """Name of the file that the open one continues."""
         self._start: int | None = None
         """Time of the first message or step [ns]."""
-        self._open_time = 0
+        self._open_time = self._latest = 0
         self._retry_time = 0
         self._run_end = 0
         self._moved = -AFTER_RUN_TIME
@@ -109,6 +109,9 @@ class RunFiles:
         if self._kind == "run" and message.topic.large and size > MAX_PRE_ROLL_SIZE:
             self.lost += 1
             return
+        # Times of receipt may be slightly out of order; log times must not be.
+        self._latest = max(self._latest, message.received)
+        message = message._replace(received=self._latest)
         self._pre_roll.put(message)
         if self._kind == "idle" and self._thinning.keeps(message):
             self._thinned.append(message)
@@ -187,7 +190,12 @@ class RunFiles:
             return
         # Without a file the messages of the last seconds wait for one.
         if self._writer is not None:
+            # A recorder that is killed loses images of the pre-roll, never the begin of the run.
+            begin = self._open_time + CATCH_UP_TIME
+            states = [*self._pre_roll.take_states(begin, MAX_STEP_SIZE)]
+            self._write(states, now)
             size = MAX_STEP_SIZE >> min(self.late_steps, MAX_HALVINGS)
+            size -= sum(len(message.payload) for message in states)
             self._write(self._pre_roll.take_oldest(size), now)
             if now - self._open_time >= CATCH_UP_TIME:
                 self._write(self._without_images(), now)
@@ -264,7 +272,12 @@ class RunFiles:
                 path,
                 self._scenario,
                 min(now, self._pre_roll.start or now),
-                {"time": "live", "kind": self._kind, "continues": self._former},
+                {
+                    "time": "live",
+                    "kind": self._kind,
+                    "continues": self._former,
+                    ORDERED_FROM: str(now + CATCH_UP_TIME),
+                },
                 sync_period=SYNC_PERIOD[self._kind],
             )
         except OSError as error:

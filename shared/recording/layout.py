@@ -13,6 +13,8 @@ ROBOT_DESCRIPTION_SCHEMA = ("std_msgs/msg/String", "ros2msg", b"string data")
 """Name, encoding and text of the schema of that message."""
 PROTOBUF = "protobuf"
 """Encoding of all other messages and of their schemas."""
+ORDERED_FROM = "ordered_from"
+"""Metadata key: log time from which messages are stored in order [ns]; before it in any order."""
 METADATA_NAME = "lariat"
 """Name of the metadata record with the scenario's name and the versions."""
 LIBRARY = "lariat"

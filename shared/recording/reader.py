@@ -19,10 +19,21 @@ from lariat.suggestion import did_you_mean_file
 from shared import topics
 from shared.door import Door
 from shared.recording.chunks import MAX_RECORD_SIZE, PlainReader, records_of
-from shared.recording.layout import LIBRARY, METADATA_NAME, PROTOBUF, SCENARIO_ATTACHMENT
+from shared.recording.layout import (
+    LIBRARY,
+    METADATA_NAME,
+    ORDERED_FROM,
+    PROTOBUF,
+    SCENARIO_ATTACHMENT,
+)
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION
 
+MAX_UNORDERED_SIZE = 2**28
+"""Size of the messages at a file's begin that are put in order, each counted with `ENTRY_SIZE`;
+beyond it they are yielded as they are stored [bytes]."""
+ENTRY_SIZE = 2**9
+"""Memory that a message takes beside its payload [bytes]."""
 MAX_FILES_SIZE = 2**26
 """Largest size of the scenario and its CSV files in a recording together [bytes]."""
 READABLE_VERSIONS = {"recording_version": RECORDING_VERSION, "message_version": MESSAGE_VERSION}
@@ -117,8 +128,8 @@ class Recording:
 
     def _check_version(self) -> None:
         for key, known in READABLE_VERSIONS.items():
-            text = self.metadata.get(key, "0")
-            if not text.isdecimal() or int(text) > known:
+            if _number(self.metadata, key) > known:
+                text = self.metadata[key][:20]
                 raise ConfigurationError(
                     f"{self.path} has {key.replace('_', ' ')} {text}, this Lariat reads versions "
                     f"up to {known}; update Lariat"
@@ -133,8 +144,21 @@ class Recording:
         Raises:
             ConfigurationError: The file cannot be read or is not MCAP.
         """
-        wanted = None if keys is None else set(keys)
-        version = 0
+        stored = self._stored(None if keys is None else set(keys))
+        begin: list[Entry] = []
+        size = ordered_from = 0
+        for ordered_from, entry in stored:
+            begin.append(entry)
+            size += len(entry.payload) + ENTRY_SIZE
+            if entry.log_time >= ordered_from or size > MAX_UNORDERED_SIZE:
+                break
+        yield from sorted(begin, key=lambda entry: entry.log_time)
+        del begin
+        yield from (entry for _, entry in stored)
+
+    def _stored(self, wanted: set[str] | None) -> Iterator[tuple[int, Entry]]:
+        """Yield messages as they are stored, each with the time from which they are in order."""
+        version = ordered_from = 0
         schemas: dict[int, mcap_records.Schema] = {}
         channels: dict[int, mcap_records.Channel] = {}
         for record in self.records():
@@ -143,7 +167,8 @@ class Recording:
             elif isinstance(record, mcap_records.Channel):
                 channels[record.id] = record
             elif isinstance(record, mcap_records.Metadata) and record.name == METADATA_NAME:
-                version = int(record.metadata.get("message_version", "0"))
+                version = _number(record.metadata, "message_version")
+                ordered_from = _number(record.metadata, ORDERED_FROM)
             elif isinstance(record, mcap_records.Message):
                 channel = channels.get(record.channel_id)
                 # The channel may have been in a damaged chunk.
@@ -153,7 +178,7 @@ class Recording:
                     continue
                 key = channel.topic
                 if wanted is None or key in wanted:
-                    yield Entry(
+                    entry = Entry(
                         key,
                         schemas[channel.schema_id].name,
                         record.data,
@@ -163,6 +188,7 @@ class Recording:
                         version,
                         record.publish_time,
                     )
+                    yield ordered_from, entry
 
     def decoded(self, keys: Iterable[str] | None = None) -> Iterator[tuple[Entry, Any]]:
         """Yield the messages of known topics with their content; those without are left out.
@@ -251,6 +277,12 @@ class Recording:
                         self._check_origin(record.library)
                     yield record
                 position = stream.tell()
+
+
+def _number(metadata: dict[str, str], key: str) -> int:
+    """Number of the metadata, 0 where it is missing, and 2^63 where there is no number."""
+    text = metadata.get(key, "0")
+    return int(text) if text.isdecimal() and len(text) < 20 else 2**63
 
 
 class _BoundedStream:

@@ -73,7 +73,7 @@ class Writer:
         )
         self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[str, int] = {}
-        self._flushed = self._synced = self._latest = started
+        self._flushed = self._synced = started
         self._sync_period = sync_period or 0
         self._sync = DiskSync(self._stream.fileno(), path.parent) if sync_period else None
         self._writer.start(profile="", library=f"{LIBRARY} {version()}")
@@ -107,6 +107,8 @@ class Writer:
     ) -> None:
         """Add one message, unless its topic is one that recordings leave out.
 
+        Log times must not decrease, but before the time `ORDERED_FROM` of the metadata.
+
         Args:
             topic: Topic with a concrete key.
             payload: Serialised message.
@@ -120,17 +122,15 @@ class Writer:
         """
         if not topic.recorded:
             return
-        # Times of receipt may be slightly out of order; log times must not be.
-        self._latest = max(self._latest, log_time)
         self._writer.add_message(
             self._channel(topic, publisher),
-            self._latest,
+            log_time,
             payload,
             publish_time or log_time,
             sequence % 2**32,
         )
         self.messages += 1
-        self.flush(self._latest)
+        self.flush(log_time)
 
     def flush(self, now: int, at_once: bool = False) -> None:
         """Pass everything to the operating system, once per flush period.

@@ -29,7 +29,7 @@ class Recording:
 
     pre_roll: Annotated[float, Bounds(0.0, 30.0, "s")] = 3.0
     """Time before a run that its file holds."""
-    start_up: Annotated[float, Bounds(0.0, 3600.0, "s")] = 30.0
+    start_up: Annotated[float, Bounds(0.0, 3600.0, "s")] = 0.0
     """Time after the recorder's start that is recorded whole; a run that begins within it is
     replayed exactly."""
     longest_file: Annotated[float, Bounds(1.0, 86400.0, "s")] = 3600.0

@@ -29,11 +29,11 @@ def free_port() -> int:
         return listener.getsockname()[1]
 
 
-def recorder_command(folder: Path, hub: str) -> list[str]:
+def recorder_command(folder: Path, hub: str, *options: str) -> list[str]:
     (folder / "s.toml").write_text(TEXT)
     command = [sys.executable, "-m", "services.recorder", "--scenario", str(folder / "s.toml")]
     command += ["--namespace", "recorder-test", "--connect", hub]
-    return [*command, "--folder", str(folder / "recordings")]
+    return [*command, "--folder", str(folder / "recordings"), *options]
 
 
 def test_a_run_on_the_bus_becomes_a_file_that_outlives_the_recorder(tmp_path: Path):
@@ -80,7 +80,7 @@ def test_all_that_was_sent_before_a_signal_is_in_the_file(tmp_path: Path):
     with bus.open(options, "tester", SystemClock()) as cell:
         state = cell.subscribe(topics.RUN_RECORD)
         rope = cell.publisher(topics.ROPE_NODES)
-        recorder = subprocess.Popen(recorder_command(tmp_path, hub))
+        recorder = subprocess.Popen(recorder_command(tmp_path, hub, "--always"))
         try:
             until(lambda: [item for _, item in state.take() if item.message.recording], 20.0)
             for k in range(600):

@@ -127,7 +127,7 @@ def test_every_run_has_a_file_from_idle_to_its_end(tmp_path: Path):
     first = [e.parse() for e in Recording(files[0]).messages(["task/state"])]
     assert first[0].state == IDLE
     assert first[-1].state == REACHED
-    assert files[0].name == "2026-05-28_20-26-40_three-posts.mcap"
+    assert files[0].name == "2026-05-28_20-26-41_three-posts.mcap"
 
 
 def following(speed: float) -> ArmStates:
@@ -229,7 +229,7 @@ def stamps(path: Path, key: str) -> list[float]:
 
 
 def test_a_run_has_a_pre_roll_and_an_idle_cell_is_recorded_lightly(tmp_path: Path):
-    cell = Cell(tmp_path)
+    cell = Cell(tmp_path, start_up=30.0)
     color = topics.CAMERA_COLOR.at("overhead")
     for second in range(60):
         cell.hear(color, CompressedImage(data=bytes([second])))
@@ -321,7 +321,7 @@ def test_the_oldest_recordings_are_deleted_once_named_those_of_idle_cells_first(
     names = [f"2026-01-0{k}_00-00-00_a{'_idle' * (k > 3)}.mcap" for k in range(1, 6)]
     for name in (*names, "mine.mcap", "2026-notes.txt"):
         (tmp_path / name).write_bytes(bytes(4_000_000))
-    cell = Cell(tmp_path, keep=0.01)
+    cell = Cell(tmp_path, keep=0.01, start_up=30.0)
     cell.live(1.0)
     doomed = [names[3], names[4], names[0]]
     assert ", ".join(doomed) in caplog.text
@@ -356,7 +356,7 @@ def test_recordings_of_a_run_with_a_star_stay(tmp_path: Path):
         runs.keep(RunFile(summary=RunSummary(id=name[:10], files=[name], star=star)))
     (tmp_path / third).write_bytes(bytes(4_000_000))
     (tmp_path / "runs" / "broken.json").write_text("{")
-    cell = Cell(tmp_path, keep=0.01)
+    cell = Cell(tmp_path, keep=0.01, start_up=30.0)
     cell.live(35.0)
     cell.recorder.close()
     assert [p.name for p in runs_of(tmp_path)[:2]] == [first, third]
@@ -391,7 +391,7 @@ def test_a_recording_that_cannot_be_deleted_does_not_stop_recording(
         raise PermissionError(1, "Operation not permitted")
 
     monkeypatch.setattr(Path, "unlink", refuse)
-    cell = Cell(tmp_path, keep=0.01)
+    cell = Cell(tmp_path, keep=0.01, start_up=30.0)
     cell.live(35.0)
     assert cell.states()[-1].recording
     assert f"cannot delete {old}: Operation not permitted" in caplog.text
@@ -419,6 +419,42 @@ def hear_images(cell: Cell, count: int) -> None:
     for _ in range(count):
         cell.hear(topics.CAMERA_COLOR.at("overhead"), IMAGE)
         cell.hear(topics.ROPE_NODES, NodeChain(stamp=1))
+
+
+def test_a_run_is_in_the_file_before_the_images_of_its_pre_roll(tmp_path: Path):
+    cell = Cell(tmp_path, start_up=0.0)
+    cell.live(1.0)
+    hear_images(cell, 120)
+    cell.live(2 / 30, RUNNING, "run-1")
+    (file,) = runs_of(tmp_path)
+    entries = list(Recording(file).messages())
+    states = [e.parse().state for e in entries if e.key == topics.TASK_STATE.key]
+    # So much is left by a recorder that is killed now.
+    assert states[-2:] == [RUNNING, RUNNING]
+    images = topics.CAMERA_COLOR.at("overhead").key
+    assert 0 < len(stamps(file, images)) < 60
+    assert entries == sorted(entries, key=lambda entry: entry.log_time)
+    cell.live(2.0, RUNNING, "run-1")
+    cell.recorder.close()
+    entries = list(Recording(file).messages())
+    assert entries == sorted(entries, key=lambda entry: entry.log_time)
+    assert [e.key for e in entries].count(images) == 120
+    nodes = [e.sequence for e in entries if e.key == topics.ROPE_NODES.key]
+    assert nodes == list(range(120))
+
+
+def test_receipts_out_of_order_are_put_in_order(tmp_path: Path):
+    cell = Cell(tmp_path)
+    cell.live(1.0, RUNNING, "run-1")
+    cell.now -= SECOND // 2
+    cell.hear(topics.ROPE_NODES, NodeChain())
+    cell.now += SECOND // 2
+    cell.live(1.0, RUNNING, "run-1")
+    cell.recorder.close()
+    (file,) = runs_of(tmp_path)
+    times = [e.log_time for e in Recording(file).messages()]
+    assert len(times) >= 60
+    assert times == sorted(times)
 
 
 def test_a_recorder_that_lags_leaves_out_images_and_writes_every_state_at_once(tmp_path: Path):
@@ -511,7 +547,7 @@ def test_an_idle_cell_is_recorded_like_a_run_on_request(tmp_path: Path):
 
 
 def test_made_up_publishers_and_numbers_are_recorded(tmp_path: Path):
-    cell = Cell(tmp_path)
+    cell = Cell(tmp_path, start_up=30.0)
     for k in range(5000):
         task = TaskState(state=IDLE).SerializeToString()
         heard = Heard("task/state", task, f"p-{k}", 10**17 + k, cell.now)
@@ -535,7 +571,7 @@ def test_a_run_is_on_the_disk_every_second(tmp_path: Path, monkeypatch: pytest.M
     cell.recorder.close()
     for thread in threading.enumerate():
         if thread.name.startswith("disk sync"):
-            thread.join()
+            thread.join(5.0)
     assert synced[-1] == next(tmp_path.glob("*.mcap")).stat().st_size
 
 

@@ -34,7 +34,7 @@ from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import NodeChain, timestamp
 from shared.recording import Recording, Writer, chunks, reader
-from shared.recording.layout import ROBOT_DESCRIPTION_TOPIC
+from shared.recording.layout import ORDERED_FROM, ROBOT_DESCRIPTION_TOPIC
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
@@ -139,11 +139,40 @@ def test_publish_time_is_kept_apart_from_log_time(tmp_path: Path, scenario):
     writer = Writer(tmp_path / "a.mcap", scenario, SECOND)
     payload = NodeChain().SerializeToString()
     writer.write(topics.ROPE_NODES, payload, "perception-0", 0, 3 * SECOND, 2 * SECOND)
-    # Without a time of sending, that of the receipt; receipts out of order are put in order.
-    writer.write(topics.ROPE_NODES, payload, "perception-0", 1, SECOND)
+    # Without a time of sending, that of the receipt.
+    writer.write(topics.ROPE_NODES, payload, "perception-0", 1, 4 * SECOND)
     writer.close()
     times = [(e.log_time, e.publish_time) for e in Recording(tmp_path / "a.mcap").messages()]
-    assert times == [(3 * SECOND, 2 * SECOND), (3 * SECOND, SECOND)]
+    assert times == [(3 * SECOND, 2 * SECOND), (4 * SECOND, 4 * SECOND)]
+
+
+def stored(path: Path, scenario: Scenario, times: list[int], ordered_from: str) -> list[int]:
+    """Log times as they are read from a file in which they are stored in the given order [s]."""
+    writer = Writer(path, scenario, SECOND, {ORDERED_FROM: ordered_from})
+    for k, log_time in enumerate(times):
+        writer.write(topics.ROPE_NODES, bytes(100), "perception-0", k, log_time * SECOND)
+    writer.close()
+    return [e.log_time // SECOND for e in Recording(path).messages()]
+
+
+def test_messages_that_a_file_begins_with_are_read_in_order_of_time(tmp_path: Path, scenario):
+    times = [4, 5, 1, 2, 3, 6, 7, 6]
+    ordered = stored(tmp_path / "a.mcap", scenario, times, str(6 * SECOND))
+    assert ordered == [1, 2, 3, 4, 5, 6, 7, 6]
+    with (tmp_path / "a.mcap").open("rb") as stream:
+        others = [m.log_time // SECOND for _, _, m in make_reader(stream).iter_messages()]
+    assert others == [1, *sorted(times)]
+    assert stored(tmp_path / "b.mcap", scenario, times, "0") == times
+    assert stored(tmp_path / "c.mcap", scenario, [3, 1, 2], "x" * 5000) == [1, 2, 3]
+
+
+def test_a_file_that_claims_to_be_without_order_is_read_in_little_memory(
+    tmp_path: Path, scenario, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(reader, "MAX_UNORDERED_SIZE", 4 * (100 + reader.ENTRY_SIZE))
+    times = [*range(10, 0, -1)]
+    read = stored(tmp_path / "a.mcap", scenario, times, "9" * 5000)
+    assert read == [*sorted(times[:5]), *times[5:]]
 
 
 def test_a_killed_writer_loses_at_most_a_second(tmp_path: Path, scenario):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from contextlib import redirect_stdout
-from io import StringIO
+from collections.abc import Iterator
+from contextlib import contextmanager
 
+import rich
 import viser
 from viser.infra import StateSerializer
 
@@ -18,7 +19,7 @@ FRAME_PERIOD = 0.1
 
 def recorded_view(run: SimulatedRun) -> StateSerializer:
     """Return the drawing of a run, which plays in real time."""
-    with redirect_stdout(StringIO()):  # It prints its addresses, of which nobody hears.
+    with _quiet():
         server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     try:
         view = SceneView(server, run.scenario, on_click=lambda _: None)
@@ -42,5 +43,16 @@ def recorded_view(run: SimulatedRun) -> StateSerializer:
             scene = obstacles
         return recording
     finally:
-        with redirect_stdout(StringIO()):
+        with _quiet():
             server.stop()
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep viser from printing its addresses, of which nobody hears, also into a notebook."""
+    console = rich.get_console()
+    console.quiet, before = True, console.quiet
+    try:
+        yield
+    finally:
+        console.quiet = before

@@ -1,13 +1,16 @@
-"""Bias of the camera's depth, measured on the table.
+"""Bias of the camera's depth, and the noise that neighbouring pixels share, measured on the table.
 
 The table fills most of the image, and its height is known. The difference between its measured and
 its expected depth is a bias of the sensor, or an error of the camera's position along its view.
-Both displace the rope against its grips by the same amount, and both are corrected.
+Both displace the rope against its grips by the same amount, and both are corrected. Noise that
+neighbouring pixels share, as of a second projector, displaces parts of the rope: no mean over
+pixels removes it, so that it adds to the uncertainty.
 """
 
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -48,7 +51,7 @@ class DepthBiasSettings:
 
 
 class DepthBias:
-    """Running mean of the depth bias of one camera."""
+    """Running means of the depth bias and of the shared noise of one camera."""
 
     def __init__(
         self,
@@ -69,10 +72,15 @@ class DepthBias:
         i, stride = camera.intrinsics, self._settings.pixel_stride
         rows, columns = np.mgrid[stride // 2 : i.height : stride, stride // 2 : i.width : stride]
         self._sampled = rows.ravel(), columns.ravel()
+        # Beside each sampled pixel the next one, of which the last column has none.
+        self._neighbors = rows.ravel(), np.minimum(columns.ravel() + 1, i.width - 1)
         pixels = np.stack([columns.ravel(), rows.ravel()], axis=1).astype(float)
         self._pixels, self._expected = pixels, _plane_depths(camera, planes, pixels)
+        beside = np.stack(self._neighbors[::-1], axis=1).astype(float)
+        self._expected_neighbors = _plane_depths(camera, planes, beside)
         self._halves = np.stack([pixels[:, 0] < i.width / 2.0, pixels[:, 1] < i.height / 2.0])
         self._mean, self._count, self._frames, self._reported = 0.0, 0, 0, False
+        self._shared_variance = 0.0
 
     def update(self, depth: UInt16[np.ndarray, "h w"]) -> float:
         """Take in a frame and return the bias to subtract from its depths [m].
@@ -83,13 +91,20 @@ class DepthBias:
         s = self._settings
         self._frames += 1
         if self._count < s.averaged_frames or self._frames % s.update_period == 0:
-            self._measure(depth[self._sampled] / 1e3)
+            self._measure(depth[self._sampled] / 1e3, depth[self._neighbors] / 1e3)
         span = s.corrected_bias - s.ignored_bias
         share = float(np.clip((abs(self._mean) - s.ignored_bias) / span, 0.0, 1.0))
         self._report(share)
         return share * self._mean
 
-    def _measure(self, measured: Float64[np.ndarray, "k"]) -> None:
+    @property
+    def shared_noise(self) -> float:
+        """Standard deviation of the noise that neighbouring pixels share [m]; 0 if unknown."""
+        return math.sqrt(max(0.0, self._shared_variance))
+
+    def _measure(
+        self, measured: Float64[np.ndarray, "k"], neighbors: Float64[np.ndarray, "k"]
+    ) -> None:
         s = self._settings
         error = measured - self._expected
         table = (measured > 0.0) & (np.abs(error) < s.max_bias)
@@ -99,6 +114,11 @@ class DepthBias:
         if np.mean(table) >= s.min_table_share and self._uniform(error, table):
             self._count = min(self._count + 1, s.averaged_frames)
             self._mean += (float(np.median(error[table])) - self._mean) / self._count
+            beside = neighbors - self._expected_neighbors
+            pairs = table & (neighbors > 0.0) & (np.abs(beside) < s.max_bias)
+            # What neighbours do not share is half the variance of their difference.
+            shared = np.cov(error[pairs], beside[pairs])[0, 1] if np.any(pairs) else 0.0
+            self._shared_variance += (float(shared) - self._shared_variance) / self._count
 
     def _uniform(self, error: Float64[np.ndarray, "k"], table: np.ndarray) -> bool:
         """Whether opposite halves of the image show the same bias."""

@@ -50,6 +50,8 @@ KNOWN_POINT_DISTANCE = 0.003
 SIGMA_SCALE = 1.12
 """Factor on the standard deviations of a single frame [-]: neighbouring pixels and frames err
 together; measured by `lariat bench perception following --sequences 3 --seed 300`."""
+SHARED_NOISE_SHARE = 0.55
+"""Share of the depth noise of neighbouring pixels together that a node keeps [-]."""
 LENGTH_BIAS = 0.004
 """Deviation of the measured length up to which the given one may be right, as a share [-]: depth
 noise, the width of the rope and its curvature between nodes lengthen a chain."""
@@ -185,7 +187,8 @@ class CenterlineTracker:
         self._others.update(lines, lambda points: self._look(points, depth), stamp)
         if estimate.lost:
             return estimate
-        sigma = np.hypot(SIGMA_SCALE * estimate.sigma, added)
+        shared = SHARED_NOISE_SHARE * self._bias.shared_noise
+        sigma = np.hypot(SIGMA_SCALE * estimate.sigma, np.hypot(added, shared))
         return replace(estimate, sigma=sigma, p_wrong=wrong, bias=bias)
 
     def _expected_others(self) -> list[OtherLine]:

@@ -47,6 +47,17 @@ def test_exact_depth_is_not_corrected() -> None:
         assert bias.update(taken(curve(4), frame=frame).depth) == 0.0
 
 
+@pytest.mark.parametrize(("block", "expected"), [(1, 0.0), (6, 0.003)])
+def test_only_noise_that_neighbouring_pixels_share_counts(block: int, expected: float) -> None:
+    bias, exact = DepthBias(CAMERA, (TABLE,)), taken(curve(4)).depth.astype(float)
+    random = np.random.default_rng(0)
+    for _ in range(30):
+        coarse = random.normal(0.0, 3.0, [-(-n // block) for n in exact.shape])
+        noise = np.kron(coarse, np.ones((block, block)))[: exact.shape[0], : exact.shape[1]]
+        bias.update(np.rint(exact + noise).astype(np.uint16))
+    assert bias.shared_noise == pytest.approx(expected, abs=5e-4)
+
+
 def test_obstacles_on_the_table_are_excluded_from_the_bias() -> None:
     thin, thick = (
         Obstacle("box", (0.0, 0.0, height / 2.0), size=(2.0, 2.0, height))

@@ -101,8 +101,7 @@ def _run(options: UpOptions, fork_server: ForkServer, scenario: Path, cell: Scen
         if options.dashboard and options.browser:
             _open_browser(address, folder)
 
-    def programs(path: Path) -> list[Program]:
-        started = load(path)
+    def programs(path: Path, started: Scenario) -> list[Program]:
         arms = emulated_sides(started)
         # A copy: a process that is started again reads what the others have read, whatever has
         # become of the file.
@@ -133,12 +132,13 @@ def _run(options: UpOptions, fork_server: ForkServer, scenario: Path, cell: Scen
         more = {"dashboard": page, "recorder": recorder, "ros2": ros2}
         library = ScenarioLibrary(options.saved_scenarios, scenario)
         campaigns = Campaigns(CAMPAIGN_FOLDER, folder / "campaign", _trial_command)
-        switch = ScenarioManager(library, scenario, folder / "started", _check_command, campaigns)
         hub = BusOptions(options.namespace, connect=(), listen=(endpoint,), settings=settings)
         with buses.open(hub, "lariat") as bus:
             _await_check(check)
-            launcher = Launcher(programs(scenario), bus, console, switch, programs, fork_server)
-            return launcher.run(print_ready)
+            switch = ScenarioManager(
+                library, scenario, folder / "started", _check_command, campaigns, programs
+            )
+            return Launcher(switch.programs, bus, console, switch, fork_server).run(print_ready)
 
 
 def _open_browser(address: str, folder: Path) -> None:

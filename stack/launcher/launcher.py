@@ -16,7 +16,6 @@ import signal
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from pathlib import Path
 from types import FrameType
 
 from lariat.plain_text import plain_text
@@ -67,7 +66,6 @@ class Launcher:
         bus: Bus,
         console: ProcessConsole,
         switch: ScenarioManager | None = None,
-        programs_of: Callable[[Path], Sequence[Program]] | None = None,
         fork_server: ForkServer | None = None,
     ) -> None:
         """Prepare the processes.
@@ -77,13 +75,11 @@ class Launcher:
             bus: Hub of the bus.
             console: Prints what the processes print.
             switch: Answers requests for other scenarios; without it there is one scenario.
-            programs_of: Returns the programs of a scenario's file; it goes with `switch`.
             fork_server: Forks the processes.
         """
         self._fork_server = fork_server
         self._processes = [Process(program, fork_server) for program in programs]
         self._switch = switch
-        self._programs_of = programs_of
         self._last_lines: dict[str, str] = {}
         """Last line that each process has printed, by its name."""
         self._by_pid: dict[int, Process] = {}
@@ -182,22 +178,14 @@ class Launcher:
                 self._publish()
         if outcome.refusal:
             self._switch.campaigns.close()
-        path = self._switch.poll(self._condition)
-        if path is None:
-            requests = [item.message for _, item in self._stack_requests.take()]
-            condition = self._condition() if requests else CellCondition()
-            submit, handle = self._answering.submit, self._switch.handle
-            self._answers = [submit(handle, request, condition) for request in requests]
-            return
         self._answers = []
-        assert self._programs_of is not None
-        programs: Sequence[Program] = ()
-        with self._switch.door.guard("a scenario to start") as outcome:
-            programs = self._programs_of(path)
-        if outcome.refusal:
-            self._switch.take_failure(outcome.refusal)
-        else:
-            self._start_cell(path, programs)
+        if self._switch.poll(self._condition):
+            self._start_cell(self._switch)
+            return
+        requests = [item.message for _, item in self._stack_requests.take()]
+        condition = self._condition() if requests else CellCondition()
+        submit, handle = self._answering.submit, self._switch.handle
+        self._answers = [submit(handle, request, condition) for request in requests]
 
     def _condition(self) -> CellCondition:
         if tasks := self._task.take():
@@ -206,29 +194,29 @@ class Launcher:
             self._newest_arms = arms[-1][1].message
         return CellCondition(self._newest_task, self._newest_arms)
 
-    def _start_cell(self, path: Path, programs: Sequence[Program]) -> None:
+    def _start_cell(self, switch: ScenarioManager) -> None:
         """End the processes of the present scenario and start those of another one."""
-        self._console.print_line("lariat", f"starting {path}")
+        self._console.print_line("lariat", f"starting {plain_text(switch.name)}")
         self._publish()
         self._end_processes()
         if self._signals:
             return
         self._newest_task = self._newest_arms = None
         self._starting = True
-        self._processes = [Process(program, self._fork_server) for program in programs]
+        self._processes = [Process(program, self._fork_server) for program in switch.programs]
         for process in self._processes:
             self._start(process)
 
     def _return_to_former(self, process: Process) -> bool:
         """Start the former scenario again after a process of a new one has failed for good."""
-        if self._switch is None or self._programs_of is None:
+        if self._switch is None:
             return False
         name = process.program.name
         line = self._last_lines.get(name, "").removeprefix(f"{name}: ")
-        former = self._switch.take_failure(f"{name}: {line or describe_exit(process.exit_code)}")
-        if former is None:
+        reason = f"{name}: {line or describe_exit(process.exit_code)}"
+        if not self._switch.take_failure(reason):
             return False
-        self._start_cell(former, self._programs_of(former))
+        self._start_cell(self._switch)
         return True
 
     def _poll_outputs(self) -> None:

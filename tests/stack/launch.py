@@ -15,7 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from lariat.scenario import Scenario, find, load
+from lariat.scenario import Scenario, find
 from shared import bus as buses
 from shared.bus import BusOptions
 from stack.launcher.console import ProcessConsole
@@ -47,8 +47,8 @@ def main() -> int:
         again = ("--restarted",)
         return Program(name, "tests.shared.beacon", arguments, again, niceness=3, saves=saves)
 
-    def programs_of(path: Path) -> list[Program]:
-        name = load(path).name
+    def programs_of(path: Path, scenario: Scenario) -> list[Program]:
+        name = scenario.name
         if name == "full":
             raise OSError("no space left on device")
         return [program(name, "refuse" if name == "refuse" else "")]
@@ -64,8 +64,10 @@ def main() -> int:
         library = Library(Path(folder, "saved"), first)
         check = [sys.executable, "-S", "-c", ""]
         trials = Campaigns(Path(folder, "tables"), Path(folder, "trials"), lambda *_: check[1:])
-        switch = ScenarioManager(library, first, Path(folder, "started"), lambda _: check, trials)
-        launcher = Launcher(programs, bus, ProcessConsole(sys.stderr), switch, programs_of, forks)
+        switch = ScenarioManager(
+            library, first, Path(folder, "started"), lambda _: check, trials, programs_of
+        )
+        launcher = Launcher(programs, bus, ProcessConsole(sys.stderr), switch, forks)
         return launcher.run(lambda seconds: print("all ready", flush=True))
 
 

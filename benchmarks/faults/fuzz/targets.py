@@ -229,14 +229,19 @@ def launcher(scenario: str) -> Iterator[Target]:
             first = find(scenario)
             library = ScenarioLibrary(Path(folder, "saved"), first)
             trials = Campaigns(Path(folder, "tables"), Path(folder, "trials"), lambda *_: CHECK[1:])
+            programs = (READY_AND_IDLE,)
             switch = ScenarioManager(
-                library, first, Path(folder, "started"), lambda _: CHECK, trials
+                library,
+                first,
+                Path(folder, "started"),
+                lambda _: CHECK,
+                trials,
+                lambda *_: programs,
             )
             switch.door.strict = True
             console = ProcessConsole(io.StringIO())
-            programs = (READY_AND_IDLE,)
             with suppress(_AllTakenError):
-                Launcher(programs, bus, console, switch, lambda _: programs).run(lambda _: None)
+                Launcher(programs, bus, console, switch).run(lambda _: None)
         return accepted
 
     yield _hostile((HEALTH, TASK_STATE, ARM_STATE, STACK_REQUEST), scenario), give

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from lariat.scenario import find, load
+from lariat.scenario import Scenario, find, load
 from shared.messages import (
     PAUSED,
     RUNNING,
@@ -19,6 +19,7 @@ from shared.messages import (
     validation,
 )
 from shared.topics import STACK_STATE
+from stack.launcher.process import Program
 from stack.scenario_manager.campaign.campaigns import Campaigns
 from stack.scenario_manager.library import ScenarioLibrary
 from stack.scenario_manager.scenario_manager import CellCondition, ScenarioManager
@@ -41,7 +42,11 @@ class Switch(ScenarioManager):
         command = [sys.executable, "-S", "-c", check]
         trial = ["-S", "-c", "import time; time.sleep(60)"]
         campaigns = Campaigns(folder / "tables", folder / "trials", lambda *_: trial)
-        super().__init__(library, first, folder / "staged", lambda path: command, campaigns)
+        staged = folder / "staged"
+        super().__init__(library, first, staged, lambda _: command, campaigns, self._programs_of)
+
+    def _programs_of(self, path: Path, scenario: Scenario) -> list[Program]:
+        return [Program(scenario.name, str(path))]
 
     def state(self) -> StackState:
         state = StackState()
@@ -58,9 +63,8 @@ class Switch(ScenarioManager):
         """The scenario to start after the check."""
         deadline = time.monotonic() + 10.0
         while self.state().activity.startswith("checking") and time.monotonic() < deadline:
-            path = self.poll(lambda: condition)
-            if path is not None:
-                return path
+            if self.poll(lambda: condition):
+                return Path(self.programs[0].module)
             time.sleep(0.01)
         return None
 
@@ -84,7 +88,7 @@ def test_chosen_scenario_starts_after_its_check(tmp_path: Path) -> None:
     assert switch.state().activity == "starting rope"
     switch.confirm_ready()
     assert not switch.state().activity
-    assert switch.take_failure("dies later") is None
+    assert not switch.take_failure("dies later")
 
 
 def test_settings_start_the_running_scenario_with_changes(tmp_path: Path) -> None:
@@ -195,11 +199,42 @@ def test_cell_with_real_arms_ends_only_disarmed(
     assert bool(switch.ask(condition, action=StackRequest.START, scenario="rope")) == refused
 
 
+def test_cell_is_what_was_confirmed_whatever_becomes_of_its_file(tmp_path: Path) -> None:
+    switch = Switch(tmp_path)
+    assert not switch.ask(action=StackRequest.SAVE, scenario="rope", name="mine")
+    path = tmp_path / "saved" / "mine" / "mine.toml"
+    real = load(real_cell(tmp_path)).text
+    for text in ("", real, "a." * 30_000 + "a = 1"):
+        assert not switch.ask(action=StackRequest.START, scenario="mine")
+        kept = path.read_text()
+        # While the check goes on.
+        path.write_text(text)
+        assert switch.wait() == path
+        assert [program.name for program in switch.programs] == ["mine"]
+        assert switch.take_failure("sim: no such plant")
+        path.write_text(kept)
+    assert not switch.ask(action=StackRequest.START, scenario="mine")
+    assert switch.wait() == path
+    switch.confirm_ready()
+    path.write_text(real)
+    # Simulated arms need not be disarmed.
+    assert not switch.ask(action=StackRequest.START, scenario="rope")
+
+
+def test_real_arms_stay_real_when_their_file_is_gone(tmp_path: Path) -> None:
+    path = real_cell(tmp_path)
+    switch = Switch(tmp_path, path)
+    path.write_text(load("rope").text)
+    refusal = switch.ask(action=StackRequest.START, scenario="rope")
+    assert refusal == "the real arms are armed; disarm them first"
+
+
 def test_former_cell_returns_where_the_new_one_does_not_come_up(tmp_path: Path) -> None:
     switch = Switch(tmp_path)
     switch.ask(action=StackRequest.START, scenario="rope")
     assert switch.wait() == find("rope")
-    assert switch.take_failure("sim: no such plant") == find("three-cylinders")
+    assert switch.take_failure("sim: no such plant")
+    assert switch.programs == [Program("three-cylinders", str(find("three-cylinders")))]
     state = switch.state()
     assert (state.scenario, state.activity) == ("three-cylinders", "")
     assert state.refusal == "rope did not start: sim: no such plant; three-cylinders runs again"

@@ -29,6 +29,8 @@ from lariat.simulation.plants.mujoco_rope import MujocoRope
 
 NODE_COUNT = 81
 """Nodes of the plant."""
+MAX_TIMESTEP = 5e-4
+"""Longest time step of the plant [s]; longer ones would add to its internal damping."""
 LINEAR_DENSITY, DIAMETER = 0.05, 0.008
 """Linear density [kg/m] and diameter [m] of the rope."""
 SEQUENCES, DURATION = 2, 1.5
@@ -107,7 +109,9 @@ def run_trial(spec: TwinSpec) -> TwinTrial:
     rope = _rope(random)
     frames = round(DURATION * rate)
     marker_arcs = np.linspace(0.0, 1.0, markers if spec.grip == "measured" else markers - 2)
-    plant = MujocoPlant(LinkedRope(rope))
+    # Steps that end at the frames: else the free markers lag behind the grips by up to one.
+    step = 1.0 / (rate * math.ceil(1.0 / (rate * MAX_TIMESTEP)))
+    plant = MujocoPlant(LinkedRope(rope), timestep=step)
     vertices = np.array(
         [
             _record(plant, rope.length, marker_arcs, spec.grip, frames, 1.0 / rate, random)

@@ -29,8 +29,8 @@ SETTLING_DAMPING = 8.0
 """Least damping while the rope settles at a reset, force per velocity and mass [1/s]."""
 MIN_SETTLING_TIME = 0.5
 """Least time for which the rope settles at a reset [s]."""
-MAX_SETTLING_CHECKS = 400
-"""Largest number of checks whether the rope has settled."""
+MAX_SETTLING_TIME = 8.0
+"""Longest time for which the rope settles at a reset [s]."""
 DIVERGENCE = [
     int(mujoco.mjtWarning.mjWARN_BADQPOS),
     int(mujoco.mjtWarning.mjWARN_BADQVEL),
@@ -50,13 +50,18 @@ RELAXATION_FACTOR = 0.5
 class MujocoPlant:
     """Rope of MuJoCo between two mocap grippers."""
 
-    def __init__(self, rope: RopeModel, obstacles: Sequence[Obstacle] = ()) -> None:
+    def __init__(
+        self, rope: RopeModel, obstacles: Sequence[Obstacle] = (), timestep: float = TIMESTEP
+    ) -> None:
         """Create a rope in its unloaded shape.
 
         Args:
             rope: Representation of the true rope.
             obstacles: Obstacles that the rope can touch.
+            timestep: Time step of the engine [s]. `step` leaves the rope behind by up to one, where
+                its durations are no multiples.
         """
+        self._timestep = timestep
         # The engine's own handler writes MUJOCO_LOG.TXT into the working folder.
         mujoco.set_mju_user_warning(_log_warning)
         self._rope = rope
@@ -150,15 +155,15 @@ class MujocoPlant:
         """
         goals, state = [left, right], self._state
         if duration > 0.0:
-            first = TIMESTEP - self._remainder
-            count = max(0, 1 + math.floor((duration - first) / TIMESTEP + 1e-9))
-            times = np.minimum(first + TIMESTEP * np.arange(count), duration)
+            first = self._timestep - self._remainder
+            count = max(0, 1 + math.floor((duration - first) / self._timestep + 1e-9))
+            times = np.minimum(first + self._timestep * np.arange(count), duration)
             positions, orientations = interpolate(self._ends, goals, duration, times)
             for k in range(count):
                 state.mocap_pos[:] = positions[:, k]
                 state.mocap_quat[:] = orientations[:, k]
                 self._advance()
-            self._remainder = duration - (first + TIMESTEP * (count - 1))
+            self._remainder = duration - (first + self._timestep * (count - 1))
             self._check()
         self._ends = goals
         self._moved = True
@@ -187,6 +192,7 @@ class MujocoPlant:
         # The last reset and its rest state: the next reset is likely to be the same.
         self._rest: tuple[tuple[bytes, tuple[Obstacle, ...]], mujoco.MjData] | None = None
         self._momentum = np.zeros(self._model.nv)
+        self._model.opt.timestep = self._timestep
         self._rope.configure(self._model)
         mujoco.mj_forward(self._model, self._state)
 
@@ -222,9 +228,9 @@ class MujocoPlant:
     def _settle(self) -> None:
         # More damping while the rope settles, so that it does not swing for long.
         self._damping = max(self._rope.rope.damping, SETTLING_DAMPING)
-        reach = REST_SPEED * STEPS_PER_CHECK * TIMESTEP
+        reach = REST_SPEED * STEPS_PER_CHECK * self._timestep
         nodes = self.nodes
-        for _ in range(MAX_SETTLING_CHECKS):
+        for _ in range(round(MAX_SETTLING_TIME / (STEPS_PER_CHECK * self._timestep))):
             before = nodes
             for _ in range(STEPS_PER_CHECK):
                 self._advance()

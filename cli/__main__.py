@@ -12,6 +12,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, redirect_stdout
+from functools import wraps
 
 from lariat.plain_text import plain_text
 from lariat.suggestion import did_you_mean
@@ -123,13 +124,33 @@ def _call(target: str, prog: str, arguments: Sequence[str]) -> int:
         verb: Callable[..., int | None] = getattr(importlib.import_module(module), function)
         text = inspect.cleandoc(verb.__doc__ or "").partition("\nArgs:")[0].rstrip()
         with _plain_usage() if {"-h", "--help"} & set(arguments) else nullcontext():
-            return tyro.cli(verb, prog=prog, description=text, args=list(arguments)) or SUCCESS
+            checked = _with_finite_options(verb)
+            return tyro.cli(checked, prog=prog, description=text, args=list(arguments)) or SUCCESS
     except ImportError as error:
         return _refuse(_missing(prog, module, error))
     except KeyboardInterrupt:
         return INTERRUPTED
     except Exception as error:
         return _report(error)
+
+
+def _with_finite_options(verb: Callable[..., int | None]) -> Callable[..., int | None]:
+    """Return a verb that refuses numbers which are not finite, or are out of all proportion."""
+
+    @wraps(verb)
+    def checked(*values: object, **options: object) -> int | None:
+        from lariat.configuration import MAX_NUMBER, ConfigurationError
+
+        for name, value in options.items():
+            for number in value if isinstance(value, tuple) else (value,):
+                if isinstance(number, int | float) and not abs(number) <= MAX_NUMBER:
+                    raise ConfigurationError(
+                        f"--{name.strip('_').replace('_', '-')} takes finite numbers within "
+                        f"±{MAX_NUMBER:g}, got {number}"
+                    )
+        return verb(*values, **options)
+
+    return checked
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from scipy.ndimage import median_filter
 
 from lariat.configuration import ConfigurationError, refusing
 from lariat.files.bounded_file import read_file
-from lariat.files.image_header import check_image
+from lariat.files.image_file import decode_image
 from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.poses import Pose
@@ -312,8 +312,6 @@ def _node_answer(found: CenterlineEstimate) -> dict[str, object]:
 def _read_image(path: Path) -> UInt8[np.ndarray, "h w 3"]:
     # Rotated by its EXIF tag, and with its full bit depth.
     image = _decode(path, cv2.IMREAD_COLOR | cv2.IMREAD_ANYDEPTH)
-    if image is None:
-        raise ConfigurationError(f"{path}: not a readable image; give a PNG or a JPEG")
     if image.dtype != np.uint8:
         # Sixteen-bit images seldom use more than twelve or fourteen bits.
         bright = float(np.percentile(image[::4, ::4], WHITE_PERCENTILE)) or 1.0
@@ -321,21 +319,20 @@ def _read_image(path: Path) -> UInt8[np.ndarray, "h w 3"]:
     return np.ascontiguousarray(image[..., ::-1])
 
 
-def _decode(path: Path, flags: int) -> np.ndarray | None:
-    """Pixels of an image file; None if it is damaged."""
+def _decode(path: Path, flags: int) -> np.ndarray:
+    """Pixels of an image file."""
     try:
         content = read_file(path, MAX_PICTURE_FILE_SIZE)
-        check_image(content, MAX_PICTURE_PIXEL_COUNT)
+        return decode_image(content, flags, MAX_PICTURE_PIXEL_COUNT)
     except OSError as error:
         raise ConfigurationError(f"cannot read {path}: {error.strerror}") from error
     except ValueError as error:
         raise ConfigurationError(f"{path}: {error}; give a PNG or a JPEG") from error
-    return cv2.imdecode(np.frombuffer(content, np.uint8), flags)
 
 
 def _read_depth(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> UInt16[np.ndarray, "h w"]:
     image = _decode(path, cv2.IMREAD_UNCHANGED)
-    if image is None or image.dtype != np.uint16 or image.ndim != 2:
+    if image.dtype != np.uint16 or image.ndim != 2:
         raise ConfigurationError(f"{path}: not a depth image; give a 16-bit PNG")
     _check_size(path, "depth image", image.shape[1::-1], picture)
     return np.asarray(image, np.uint16)

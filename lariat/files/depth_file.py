@@ -10,7 +10,7 @@ from jaxtyping import Float64
 
 from lariat.files.array_file import read_array
 from lariat.files.bounded_file import read_file
-from lariat.files.image_header import MAX_PIXEL_COUNT, PNG_SIGNATURE, check_image
+from lariat.files.image_header import MAX_PIXEL_COUNT, PNG_SIGNATURE
 
 MAX_DEPTH_SIZE = 128 * 2**20
 """Largest file of a depth image [bytes]."""
@@ -43,12 +43,11 @@ def read_depth(path: Path, scale: float | None = None) -> Float64[np.ndarray, "h
 def _png(content: bytes) -> np.ndarray:
     import cv2
 
+    from lariat.files.image_file import decode_image
+
     if not content.startswith(PNG_SIGNATURE):
-        raise ValueError("is damaged, or no PNG")
-    check_image(content)
-    image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
-    if image is None:
-        raise ValueError("is damaged, or no PNG")
+        raise ValueError("is no PNG")
+    image = decode_image(content, cv2.IMREAD_UNCHANGED)
     if image.dtype != np.uint16 or image.ndim != 2:
         raise ValueError(f"has pixels of {image.dtype}{image.shape[2:]}; a depth image has 16 bits")
     return image

@@ -13,7 +13,7 @@ from tests import conftest
 FOLDER = Path(conftest.__file__).parent
 LIVE_FILES = [
     FOLDER / "shared" / "runtime" / "test_live.py",
-    FOLDER / "browser" / "test_page.py",
+    FOLDER / "browser" / "test_dashboard.py",
     FOLDER / "compose" / "test_compose.py",
 ]
 COMPUTING_FILE = FOLDER / "shared" / "bus" / "test_message_check.py"

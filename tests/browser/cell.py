@@ -64,7 +64,6 @@ class Cell(threading.Thread):
         """Whether nothing is played any more."""
         self.runs: RunList | None = None
         """List of the recorder."""
-        """Checklist of the first day that is gone through."""
         self.stack: StackState | None = None
         """State of whoever runs the stack."""
         self.goals = GoalList()

@@ -33,7 +33,7 @@ from shared.messages import (
 from tests.browser.cell import SCENARIO, Cell, opened_cell
 from tests.browser.chromium import NO_CHROMIUM, choose, comes, field
 
-pytestmark = [pytest.mark.live, NO_CHROMIUM]
+pytestmark = NO_CHROMIUM
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import pytest
 from playwright.sync_api import expect
 
 from dashboard.options import DashboardOptions
@@ -15,7 +14,7 @@ from tests.browser.chromium import NO_CHROMIUM, opened
 from tests.browser.stack import free_port
 from tests.dashboard.stage import Stage
 
-pytestmark = [pytest.mark.live, NO_CHROMIUM]
+pytestmark = NO_CHROMIUM
 
 SILENCE = """() => {
   window.isTheSame = true;

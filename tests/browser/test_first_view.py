@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import time
 
-import pytest
-
 from benchmarks.speed.first_view import find_browser, first_view
 from tests.browser.cell import started_cell
 from tests.browser.chromium import NO_CHROMIUM
 
-pytestmark = [pytest.mark.live, NO_CHROMIUM]
+pytestmark = NO_CHROMIUM
 
 
 def test_a_page_is_painted_before_it_can_be_used() -> None:

@@ -24,7 +24,7 @@ from tests.browser.chromium import (
     press_set_goal,
 )
 
-pytestmark = [pytest.mark.live, NO_CHROMIUM]
+pytestmark = NO_CHROMIUM
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 from playwright.sync_api import Page, expect
 
 from shared import topics
@@ -10,7 +9,7 @@ from shared.messages import ScenarioEntry, StackState, TaskState
 from tests.browser.cell import Cell
 from tests.browser.chromium import NO_CHROMIUM
 
-pytestmark = [pytest.mark.live, NO_CHROMIUM]
+pytestmark = NO_CHROMIUM
 
 PRESS_START = "parent.document.title='ran'"
 FRAME = f'<iframe srcdoc="<script>{PRESS_START}</script>"></iframe>'

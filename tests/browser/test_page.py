@@ -22,7 +22,7 @@ from shared.messages import (
 from tests.browser.cell import SCENARIO, Cell
 from tests.browser.chromium import NO_CHROMIUM, comes, drag, on_screen, press_set_goal
 
-pytestmark = [pytest.mark.live, NO_CHROMIUM]
+pytestmark = NO_CHROMIUM
 
 
 def test_page_shows_state_distance_and_clearance(cell: tuple[Cell, Page]) -> None:

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import pytest
 from playwright.sync_api import Page, expect
 
 from lariat.arms.installation import kinematics_of
@@ -20,7 +19,7 @@ from tests.browser.stack import free_port
 from tests.cli.test_show import Silent, record
 from tests.dashboard.stage import Stage
 
-pytestmark = [pytest.mark.live, NO_CHROMIUM]
+pytestmark = NO_CHROMIUM
 
 SCENARIO = load("fixed-end")
 STEPS = 30

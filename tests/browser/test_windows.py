@@ -24,7 +24,7 @@ from tests.browser.chromium import (
     on_screen,
 )
 
-pytestmark = [pytest.mark.live, NO_CHROMIUM]
+pytestmark = NO_CHROMIUM
 
 
 def test_rope_is_coloured_by_its_curvature(bench: tuple[Cell, Page]) -> None:

@@ -38,7 +38,7 @@ from tests.browser.chromium import (
     press_set_goal,
 )
 
-pytestmark = [pytest.mark.live, NO_CHROMIUM]
+pytestmark = NO_CHROMIUM
 
 
 def test_settings_are_checked_started_and_saved(bench: tuple[Cell, Page]) -> None:

@@ -26,7 +26,7 @@ BENCHES: dict[str, Bench] = {
     "physics cables": Bench("benchmarks.physics.cables", "stiffness of real cables"),
     "physics twins": Bench("benchmarks.physics.twins", "stated intervals of identified twins"),
     "rod": Bench("benchmarks.rod.bench", "the rod's gradients, speed and robustness"),
-    "compare": Bench("benchmarks.compare.bench", "solvers side by side: error, time, growth"),
+    "compare": Bench("benchmarks.compare.bench", "solvers side by side: error over time"),
     "perception": Bench("benchmarks.perception.bench", "accuracy of the perceived rope"),
     "perception following": Bench(
         "benchmarks.perception.following.bench", "a held rope beside other ropes and behind hands"

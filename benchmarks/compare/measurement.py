@@ -58,16 +58,9 @@ def contenders() -> Iterator[Contender]:
     yield from our_rod.contenders()
     yield from our_rod.paper_contenders()
     yield from mujoco_ropes.contenders()
-    for package in EXTRAS:
-        if (module := extra(package)) is not None:
-            yield from module.contenders()
-
-
-def extra(package: str) -> Any:
-    """Return the module of a solver that the stack does not need; None if it is not installed."""
-    if importlib.util.find_spec(package) is None:
-        return None
-    return importlib.import_module(f"benchmarks.compare.{EXTRAS[package][1]}")
+    for package, (_, module) in EXTRAS.items():
+        if importlib.util.find_spec(package) is not None:
+            yield from importlib.import_module(f"benchmarks.compare.{module}").contenders()
 
 
 @contextmanager

@@ -9,7 +9,8 @@ unstable with them in steps down to 0.1 ms. MuJoCo 4 removed its plugin `cable` 
 # MuJoCo has no stubs.
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import mujoco
 import numpy as np
@@ -27,7 +28,6 @@ from benchmarks.compare.motion import (
     rest_state,
     then_still,
 )
-from lariat.geometry.obstacles import Obstacle
 from lariat.simulation.plants.flex_rope import FlexRope
 from lariat.simulation.plants.linked_rope import LinkedRope
 from lariat.simulation.plants.mujoco_rope import MujocoRope
@@ -48,44 +48,36 @@ def contenders(node_counts: tuple[int, ...] = (20, 40, 80)) -> Iterator[Contende
                 yield rope(name, n, step)
 
 
-def rope(name: str, n: int, step: float, obstacles: Sequence[Obstacle] = ()) -> Contender:
+def rope(name: str, n: int, step: float) -> Contender:
     """Return a rope with one setting."""
-    return Contender(
-        name,
-        n,
-        f"{1e3 * step:g} ms",
-        lambda moves: MujocoRun(ROPES[name], n, step, moves, obstacles),
-    )
+    start = partial(_Run, ROPES[name], n, step)
+    return Contender(name, n, f"{1e3 * step:g} ms", start)
 
 
-class MujocoRun(DampedSimulation):
+class _Run(DampedSimulation):
     """Run of a rope of MuJoCo."""
 
-    def __init__(
-        self,
-        make: RopeMaker,
-        n: int,
-        step: float,
-        moves: Moves,
-        obstacles: Sequence[Obstacle] = (),
-    ) -> None:
+    def __init__(self, make: RopeMaker, n: int, step: float, moves: Moves) -> None:
         super().__init__(moves)
         p = PROPERTIES
-        self.rope = make(MujocoRope(p.length, p.diameter, n, p.linear_density, p.youngs_modulus))
-        self.model = mujoco.MjModel.from_xml_string(self.rope.mjcf(obstacles))
-        self.model.opt.timestep = step
-        self.rope.configure(self.model)
-        self.state = mujoco.MjData(self.model)
+        self._rope = make(MujocoRope(p.length, p.diameter, n, p.linear_density, p.youngs_modulus))
+        self._model = mujoco.MjModel.from_xml_string(self._rope.mjcf(()))
+        self._model.opt.timestep = step
+        self._rope.configure(self._model)
+        self._state = mujoco.MjData(self._model)
         for end, pose in enumerate((LEFT_GRIP, RIGHT_GRIP)):
-            self.state.mocap_pos[end], self.state.mocap_quat[end] = pose.position, pose.orientation
-        self.rope.place(self.state, rest_state(n).positions, (LEFT_GRIP, RIGHT_GRIP))
-        mujoco.mj_forward(self.model, self.state)
+            self._state.mocap_pos[end], self._state.mocap_quat[end] = (
+                pose.position,
+                pose.orientation,
+            )
+        self._rope.place(self._state, rest_state(n).positions, (LEFT_GRIP, RIGHT_GRIP))
+        mujoco.mj_forward(self._model, self._state)
         self._grips = grip_path(then_still(moves), step)
         self._count, self._done = round(ACTION_DURATION / step), 0
         self._nodes = n
 
     def _advance(self, count: int, damping: float) -> NodePath:
-        model, state = self.model, self.state
+        model, state = self._model, self._state
         momentum = np.zeros(model.nv)
         path = np.empty((count, self._nodes, 3))
         positions, orientations = self._grips
@@ -99,5 +91,5 @@ class MujocoRun(DampedSimulation):
                 mujoco.mj_step(model, state)
             mujoco.mj_kinematics(model, state)
             mujoco.mj_flex(model, state)
-            path[k] = self.rope.nodes(state)
+            path[k] = self._rope.nodes(state)
         return path

@@ -1,4 +1,4 @@
-"""Picture of the diagram: error over time in motion and at rest, and growth of the time."""
+"""Picture of the table: error over time in motion and at rest."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from benchmarks.compare.measurement import REFERENCE
 from benchmarks.plots import figure_of, save
 
 Row = Mapping[str, Any]
-"""Row of a table of `lariat bench compare --part diagram growth`."""
+"""Row of the table of `lariat bench compare`."""
 COLORS = {
     "Lariat, 1st order": "#56B4E9",
     "Lariat, 2nd order": "#0072B2",
@@ -23,27 +23,15 @@ COLORS = {
 """Color of each solver: the palette of Okabe and Ito, which color-blind people can tell apart."""
 ERRORS = {"moving_mm": "In motion", "rest_mm": "At rest afterwards"}
 """Titles of the panels of errors, by column."""
-GROWTHS = {
-    "nodes": "Growth with nodes",
-    "obstacles": "Growth with obstacles touched, n = 40",
-    "ropes": "Growth with ropes in a call, n = 40",
-}
-"""Titles of the panels of growth, by the quantity that grows."""
 GAIN = 0.97
 """Ratio of errors below which a slower setting is better [-]."""
 
 
-def draw(points: Sequence[Row], growth: Sequence[Row], path: Path) -> None:
-    """Write the picture.
-
-    Args:
-        points: Rows of the part `diagram`.
-        growth: Rows of the part `growth`; without them, its panels are left out.
-        path: File to write, a PNG.
-    """
-    figure, axes = figure_of(1, 2 + 3 * bool(growth), (25.0 if growth else 13.0, 6.0))
+def draw(points: Sequence[Row], path: Path) -> None:
+    """Write the picture of a table, a PNG."""
+    figure, axes = figure_of(1, 2, (13.0, 6.0))
     own_error = next(row["moving_mm"] for row in points if row["solver"] == REFERENCE)
-    for axis, (key, title) in zip(axes, ERRORS.items(), strict=False):
+    for axis, (key, title) in zip(axes, ERRORS.items(), strict=True):
         shown = [row for row in points if row["us"] == row["us"] and row[key] == row[key]]
         for solver, rows in _by_solver(shown).items():
             color = COLORS.get(solver)
@@ -56,13 +44,6 @@ def draw(points: Sequence[Row], growth: Sequence[Row], path: Path) -> None:
         axis.set_xlabel("processor time for 10 ms of motion [µs]")
         axis.set_ylabel("mean distance from the continuum [mm]")
     axes[0].axhline(own_error, color="0.6", label="error of the reference")
-    for axis, (quantity, title) in zip(axes[2:], GROWTHS.items(), strict=False):
-        rows = [row for row in growth if row["grows"] == quantity]
-        for solver, mine in _by_solver(rows).items():
-            label = f"{solver}, {mine[0]['setting']}"
-            axis.plot(*_columns(mine, "count", "us"), "o-", color=COLORS.get(solver), label=label)
-        axis.set(xscale="symlog" if quantity == "obstacles" else "log", yscale="log", title=title)
-        axis.set(xlabel=quantity, ylabel="processor time for 10 ms of a rope [µs]")
     save(figure, path)
 
 

@@ -50,8 +50,7 @@ def run(
 
     The methods are the paper's network, Adam on the actions, and Gauss-Newton; model and plant are
     the same rod, the paper's (xpbd) or Lariat's (direct), each with 40 nodes, whose state is known.
-    The same goals by the whole stack, and the paper's online adaptation follow. Gradients are timed
-    by `lariat bench compare --part paper`.
+    The same goals by the whole stack, and the paper's online adaptation follow.
 
     Examples:
       lariat bench paper --plot docs/results/reproduction.png --workers 2 --results paper.jsonl

@@ -1,7 +1,4 @@
-"""Debian's chromium, headless, with software rendering.
-
-It runs at the lowest priority: without a graphics card it would take every core from the stack.
-"""
+"""Debian's chromium, headless, with software rendering."""
 
 from __future__ import annotations
 
@@ -42,11 +39,18 @@ NO_CHROMIUM = pytest.mark.skipif(EXECUTABLE is None, reason="chromium is not ins
 
 
 @contextmanager
-def opened(url: str, width: int = 1440, height: int = 810) -> Iterator[Page]:
-    """Open a page in a browser of its own, closed when the block ends."""
+def opened(url: str, width: int = 1440, height: int = 810, *, niceness: int = 0) -> Iterator[Page]:
+    """Open a page in a browser of its own, closed when the block ends.
+
+    Args:
+        url: Address of the page.
+        width: Width of the window [pixels].
+        height: Height of the window [pixels].
+        niceness: Niceness of the browser, which without a graphics card takes every core.
+    """
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
         wrapper = Path(folder, "chromium")
-        wrapper.write_text(f'#!/bin/sh\nexec nice -n 19 {EXECUTABLE} "$@"\n')
+        wrapper.write_text(f'#!/bin/sh\nexec nice -n {niceness} {EXECUTABLE} "$@"\n')
         wrapper.chmod(0o755)
         context = playwright.chromium.launch_persistent_context(
             Path(folder, "profile"),

@@ -147,7 +147,7 @@ def page_pictures(file: Path, folder: Path) -> list[Path]:
         assert process.stderr is not None
         line = process.stderr.readline()
         address = next(word for word in line.split() if word.startswith("http://"))
-        with opened(address, *PAGE_SIZE) as page:
+        with opened(address, *PAGE_SIZE, niceness=19) as page:
             time_field = page.get_by_role("textbox").first
             for k, picture in missing:
                 time_field.fill(f"{k * PAGE_PERIOD:.2f}")

@@ -24,7 +24,7 @@ def main(
         scenario: Scenario to run.
         seconds: Time from Start to the picture [s].
     """
-    with running(scenario) as address, opened(address, 1600, 900) as page:
+    with running(scenario) as address, opened(address, 1600, 900, niceness=19) as page:
         ready = page.get_by_text(re.compile(r"^Ready: "))
         expect(ready).to_be_visible(timeout=30_000)
         page.wait_for_timeout(3000)

@@ -26,7 +26,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     assert text != SCENARIO.text
     path = tmp_path_factory.mktemp("scenario") / "three-cylinders.toml"
     path.write_text(text)
-    with running(str(path)) as address, opened(address, 1280, 640) as page:
+    with running(str(path)) as address, opened(address, 1280, 640, niceness=19) as page:
         yield page
 
 

@@ -38,7 +38,7 @@ def page() -> Iterator[Page]:
             stack.callback(busy.wait)
             stack.callback(busy.kill)
         address = stack.enter_context(running("three-cylinders"))
-        yield stack.enter_context(opened(address, 1280, 640))
+        yield stack.enter_context(opened(address, 1280, 640, niceness=19))
 
 
 def test_ten_goals_dragged_one_after_the_other_are_followed_without_a_start(page: Page) -> None:

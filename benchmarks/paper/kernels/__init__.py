@@ -1,1 +1,0 @@
-"""Taichi kernels of the paper's method to compute gradients."""

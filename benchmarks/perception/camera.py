@@ -8,10 +8,9 @@ are perceived in the simulated images, one at a time on a box.
 
 from __future__ import annotations
 
-import json as encoder
 import math
 import time
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -44,26 +43,6 @@ WARM_UP_FRAMES = 3
 """Number of frames that are not timed, because kernels are compiled."""
 
 
-@dataclass(frozen=True)
-class CameraFigures:
-    """Cost and accuracy at one resolution."""
-
-    resolution: str
-    """Width and height of the images [pixels]."""
-    frame_ms_p50: float
-    """Median processor time of a frame [ms]."""
-    frame_ms_p99: float
-    """99th percentile of the processor time of a frame [ms]."""
-    core_share_at_30_Hz: float
-    """Share of a core at 30 frames a second [-]."""
-    marker_error_mm: float
-    """Largest position error of a marker [mm]."""
-    marker_error_deg: float
-    """Largest yaw error of a marker [deg]."""
-    markers_missed: int
-    """Number of markers that were never found."""
-
-
 def run(
     frames: int = 200,
     places: int = 24,
@@ -83,21 +62,18 @@ def run(
         json: Print one JSON object instead of a table.
     """
     rows = [measure(resolution, frames, places, side, seed) for resolution in RESOLUTIONS]
-    if json:
-        print(encoder.dumps({"frames": frames, "marker_m": side, "rows": [vars(r) for r in rows]}))
-        return 0
     conditions = (
         f"scene: curve of {NODE_COUNT} nodes, three cylinders, two grippers, table; "
         f"markers: {1e3 * side:g} mm, seen by the simulated camera, largest of {places} errors"
     )
-    report(rows, conditions)
+    report(rows, conditions, json=json)
     return 0
 
 
 def measure(
     size: tuple[int, int], frames: int, places: int, side: float, seed: int
-) -> CameraFigures:
-    """Return the figures of one resolution."""
+) -> dict[str, Any]:
+    """Return cost and accuracy at one resolution."""
     random = np.random.default_rng(seed)
     view = Camera(
         Intrinsics.symmetric(*size, FIELD_OF_VIEW), looking_at(CAMERA_POSITION, CAMERA_TARGET)
@@ -118,15 +94,15 @@ def measure(
         times.append(1e3 * (time.process_time() - started))
     times = times[WARM_UP_FRAMES:]
     position_errors, yaw_errors, missed = _marker_errors(camera, random, places, side)
-    return CameraFigures(
-        f"{size[0]}x{size[1]}",
-        float(np.median(times)),
-        float(np.percentile(times, 99)),
-        FRAME_RATE * float(np.mean(times)) / 1e3,
-        1e3 * max(position_errors, default=math.nan),
-        math.degrees(max(yaw_errors, default=math.nan)),
-        missed,
-    )
+    return {
+        "resolution": f"{size[0]}x{size[1]}",
+        "frame_ms_p50": float(np.median(times)),
+        "frame_ms_p99": float(np.percentile(times, 99)),
+        "core_share_at_30_Hz": FRAME_RATE * float(np.mean(times)) / 1e3,
+        "marker_error_mm": 1e3 * max(position_errors, default=math.nan),
+        "marker_error_deg": math.degrees(max(yaw_errors, default=math.nan)),
+        "markers_missed": missed,
+    }
 
 
 def _marker_errors(

@@ -17,7 +17,7 @@ from tests.browser.cell import Cell
 from tests.browser.chromium import NO_CHROMIUM, comes
 from tests.dashboard.web.visitor import Visitor
 
-pytestmark = NO_CHROMIUM
+pytestmark = [pytest.mark.live, NO_CHROMIUM]
 
 
 def hold_button(page: Page) -> Locator:

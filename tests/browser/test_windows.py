@@ -120,12 +120,16 @@ def test_large_window_enlarges_panels_but_not_the_pixels_of_the_scene(
         assert enlarged is not None
         assert enlarged["height"] == pytest.approx(1.6 * plain["height"], abs=1.0)
         # A chart's cursor stands where the pointer is.
-        chart = page.locator(".u-over").first.bounding_box()
-        assert chart is not None
-        place = chart["x"] + chart["width"] / 2.0
-        page.mouse.move(place, chart["y"] + chart["height"] / 2.0)
-        cursor = "Math.abs(document.querySelector('.u-cursor-x').getBoundingClientRect().x"
-        assert comes(page, lambda: page.evaluate(f"{cursor} - {place}) < 0.05 * {chart['width']}"))
+        cursor = "document.querySelector('.u-cursor-x').getBoundingClientRect().x"
+
+        def cursor_follows() -> bool:
+            chart = page.locator(".u-over").first.bounding_box()
+            assert chart is not None
+            place = chart["x"] + chart["width"] / 2.0
+            page.mouse.move(place, chart["y"] + chart["height"] / 2.0)
+            return abs(page.evaluate(cursor) - place) < 0.05 * chart["width"]
+
+        assert comes(page, cursor_follows)
     finally:
         page.set_viewport_size({"width": 1280, "height": 800})
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as encoder
 import sys
 import time
 from dataclasses import dataclass, field
@@ -15,7 +14,7 @@ from benchmarks.perception.following.doubt import StatedDoubt, fitted, reliabili
 from benchmarks.perception.following.frames import VIEW, TrueFrame, frames_of
 from benchmarks.perception.following.others import OthersFigures, OthersFollower
 from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR
-from benchmarks.tables import report
+from benchmarks.tables import Result, publish
 from lariat.control.estimation.rope_tracker import MAX_P_WRONG
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import TABLE
@@ -129,11 +128,6 @@ def run(
         others.append({"case": case, **figures.others.row()})
         doubts += figures.doubts
     bins = reliability(doubts)
-    if json:
-        every = {"sequences": sequences, "seed": seed, "rows": rows, "others": others}
-        every["reliability"] = bins
-        print(encoder.dumps(every))
-        return 0
     caption = (
         "Plant: MuJoCo, n = 88 for a model of 30; sensed: the simulated camera, 640 by 480 pixels; "
         f"believed / true stiffness {STIFFNESS_ERROR:g}, not adapting; {sequences} sequences a row."
@@ -142,8 +136,8 @@ def run(
         "Probability that a visible node is off by over a centimetre, stated and as it came out."
     )
     beside = "Other ropes as published from the third of a second on."
-    for table, words in ((rows, caption), (others, beside), (bins, stated)):
-        report(table, words)
+    tables = [Result("followed", rows, caption), Result("others", others, beside)]
+    publish([*tables, Result("doubt", bins, stated)], json)
     if fit:
         print(f"COEFFICIENTS = {tuple(round(c, 3) for c in fitted(doubts))}")
     return 0

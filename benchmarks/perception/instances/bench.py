@@ -8,12 +8,11 @@ labels, and its doubt with the share of answers that are wrong.
 from __future__ import annotations
 
 import glob
-import json as encoder
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -25,6 +24,7 @@ from benchmarks.perception.instances.judgement import Judgement, judge
 from benchmarks.perception.instances.reliability import draw_reliability
 from benchmarks.perception.pictures.generators import Ground, held_out_picture, tuning_picture
 from benchmarks.tables import report
+from lariat.configuration import ConfigurationError
 from lariat.perception.image import detector
 from lariat.perception.image.p_wrong import DOUBTFUL
 
@@ -48,8 +48,7 @@ MASK_SUFFIX = "_mask_*.png"
 """Ending of the files with the masks of its cables, where there are no labels."""
 
 
-@dataclass(frozen=True)
-class Trial:
+class Trial(NamedTuple):
     """Picture that was looked at."""
 
     row: str
@@ -58,32 +57,6 @@ class Trial:
     """Comparison with its labels."""
     ms: float
     """Processor time [ms]."""
-
-
-@dataclass(frozen=True)
-class RowFigures:
-    """Row of the table."""
-
-    pictures: str
-    """Kind of pictures."""
-    count: int
-    """Number of pictures."""
-    right_number: float
-    """Share of the pictures with the right number of ropes [-]."""
-    one_line: float
-    """Share of the cables that one ordered line covers [-]."""
-    dice: float
-    """Mean Dice coefficient of the cables [-]."""
-    right: float
-    """Share of the pictures in which everything is right [-]."""
-    wrong_doubted: float
-    """Share of the wrong answers that are doubted [-]."""
-    right_doubted: float
-    """Share of the right answers that are doubted [-]."""
-    ms_p50: float
-    """Median processor time of a picture [ms]."""
-    ms_p95: float
-    """95th percentile of the processor time of a picture [ms]."""
 
 
 def run(
@@ -124,19 +97,15 @@ def run(
         where = f"no row has all of {', '.join(only)}; there are plain, clutter, 1, 2, 3, none"
         if photographs is not None:
             where = f"{photographs}: no picture has its {LABEL_SUFFIX} or masks beside it"
-        print(where, file=sys.stderr)
-        return 2
+        raise ConfigurationError(where)
     rows = [_figures(name, trials) for name in dict.fromkeys(t.row for t in trials)]
     if diagram is not None:
         draw_reliability([(t.judgement.doubt, not t.judgement.right) for t in trials], diagram)
-    if json:
-        print(encoder.dumps({"seed": seed, "rows": [vars(r) for r in rows]}))
-        return 0
     caption = (
-        "Shares of pictures, of cables and of answers; no plant: the curves are drawn; ms: "
-        "processor time."
+        "Shares of pictures (right number of ropes, all right), of cables (one line; mean Dice), "
+        "of wrong and right answers (doubted); no plant: the curves are drawn; ms: processor time."
     )
-    report(rows, caption)
+    report(rows, caption, json=json)
     return 0
 
 
@@ -189,23 +158,23 @@ def _tried(
     return Trial(row, judge(labels, found), ms)
 
 
-def _figures(name: str, trials: list[Trial]) -> RowFigures:
+def _figures(name: str, trials: list[Trial]) -> dict[str, Any]:
     own = [t for t in trials if t.row == name]
     judged = [t.judgement for t in own]
     right = np.array([j.right for j in judged])
     doubted = np.array([j.doubt > DOUBTFUL for j in judged])
-    return RowFigures(
-        name,
-        len(own),
-        float(np.mean([j.right_number for j in judged])),
-        _mean(np.concatenate([j.one_line for j in judged])),
-        _mean(np.concatenate([j.dice for j in judged])),
-        float(np.mean(right)),
-        float(np.mean(doubted[~right])) if np.any(~right) else 1.0,
-        float(np.mean(doubted[right])) if np.any(right) else 0.0,
-        float(np.median([t.ms for t in own])),
-        float(np.percentile([t.ms for t in own], 95)),
-    )
+    return {
+        "pictures": name,
+        "count": len(own),
+        "right_number": float(np.mean([j.right_number for j in judged])),
+        "one_line": _mean(np.concatenate([j.one_line for j in judged])),
+        "dice": _mean(np.concatenate([j.dice for j in judged])),
+        "right": float(np.mean(right)),
+        "wrong_doubted": float(np.mean(doubted[~right])) if np.any(~right) else 1.0,
+        "right_doubted": float(np.mean(doubted[right])) if np.any(right) else 0.0,
+        "ms_p50": float(np.median([t.ms for t in own])),
+        "ms_p95": float(np.percentile([t.ms for t in own], 95)),
+    }
 
 
 def _mean(shares: np.ndarray) -> float:

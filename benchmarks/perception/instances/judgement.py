@@ -33,8 +33,6 @@ class Judgement:
     """1 for each true rope that one found line follows, and no more than it, else 0."""
     doubt: float
     """Stated probability that the answer is wrong."""
-    rope_right: list[bool]
-    """Whether each found rope is one of the true ones, in the order of the detection."""
 
     @property
     def right(self) -> bool:
@@ -57,7 +55,7 @@ def judge(labels: UInt8[np.ndarray, "h w"], found: Detection) -> Judgement:
         dice[i] = overlap[i, j]
     right_number = count == len(found.ropes)
     one_line = right.any(axis=1).astype(float)
-    return Judgement(right_number, dice, one_line, found.p_wrong, right.any(axis=0).tolist())
+    return Judgement(right_number, dice, one_line, found.p_wrong)
 
 
 def dice_matrix(

@@ -22,6 +22,7 @@ Part = Literal[
     "whip",
     "plants",
     "friction",
+    "set",
 ]
 ALL_PARTS: tuple[Part, ...] = get_args(Part)
 """All parts, in the order of their tables; a part is the module of its name."""
@@ -35,6 +36,7 @@ CONDITIONS: dict[Part, str] = {
     "whip": "change of energy of a flicked whip, relative to its kinetic energy",
     "plants": "simulated ropes at rest, mean distance of nodes from the continuum; processor time",
     "friction": "loads at which ropes begin to slide, and motion of a rope on a slope in 60 s",
+    "set": "wires that are bent round and let go, bent back, and hung up by one end",
 }
 """Conditions of each table; camera and adaptation are not involved."""
 
@@ -75,8 +77,8 @@ def run(
     There is no camera or adaptation: each error is that of a rod itself with n nodes. The parts
     are: `elasticae` (hanging ropes, against boundary value solutions of the continuum),
     `closed-forms`, `frequencies`, `buckling`, `stiffness` (Young's modulus identified from exact
-    shapes), `writhing`, `whip`, `plants` (hanging ropes of the simulated lab, and their cost)
-    and `friction` (a slope, a post, a bar and the edge of a table).
+    shapes), `writhing`, `whip`, `plants` (hanging ropes of the simulated lab, and their cost),
+    `friction` (a slope, a post, a bar and the edge of a table) and `set` (bent wires).
     The order is that of the error in the length of an edge, between the smallest and the largest
     number of nodes.
 

@@ -88,8 +88,8 @@ def check_durations(durations: Float64[np.ndarray, "H"], blocks: int) -> None:
         raise ValueError(f"durations must be positive and finite, got {durations} s")
 
 
-def check_state(state: RodState, node_count: int, frame_count: int) -> None:
-    """Check that a state fits a rod with numbers of nodes and of frames.
+def check_state(state: RodState, node_count: int, frame_count: int, layer_count: int = 0) -> None:
+    """Check that a state fits a rod with numbers of nodes, of frames and of layers that yield.
 
     Raises:
         ValueError: A field has the wrong shape, is not finite, or is no unit quaternion.
@@ -97,6 +97,13 @@ def check_state(state: RodState, node_count: int, frame_count: int) -> None:
     x, v = np.asarray(state.positions), np.asarray(state.velocities)
     q, omega = np.asarray(state.orientations), np.asarray(state.angular_velocities)
     nodes, frames = (node_count, 3), (frame_count, 3)
+    if state.plastic_curvature is not None:
+        found, layers = np.asarray(state.plastic_curvature), (frame_count - 1, layer_count, 3)
+        if found.shape != layers or not math.isfinite(np.vdot(found, found)):
+            raise ValueError(
+                f"state.plastic_curvature must be finite and {layers}, got shape {found.shape}; "
+                f"this rod has {layer_count} layers that yield"
+            )
     if x.shape == v.shape == nodes and omega.shape == frames and q.shape == (frame_count, 4):
         # Sums of products are finite if all factors are: a fourth of the time of a search.
         excess = np.vecdot(q, q) - 1.0

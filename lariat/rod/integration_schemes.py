@@ -40,6 +40,7 @@ def _row(
     """Return a `TimeRow` for a step of duration one."""
     pad = [0.0] * 4
     row = [duration, keeps_velocity, float(grip_solves_back), grip_duration]
+    row.append(1.0)
     return row + (list(base) + pad)[:4] + (list(momentum) + pad)[:4]
 
 
@@ -66,7 +67,7 @@ _STAGE_ROWS = {
 
 def time_table(
     scheme: str, dt: float | Float64[np.ndarray, "H"], horizon: int, substeps: int
-) -> Float64[np.ndarray, "S 12"]:
+) -> Float64[np.ndarray, "S 13"]:
     """Return a row for every solve of a roll-out, with columns as in `layout.TimeRow`.
 
     Args:
@@ -83,7 +84,7 @@ def time_table(
 @lru_cache(maxsize=64)
 def _uniform_rows(
     scheme: str, dt: float, horizon: int, substeps: int
-) -> Float64[np.ndarray, "S 12"]:
+) -> Float64[np.ndarray, "S 13"]:
     """Return the rows of equal steps; cached, since a controller repeats them in every period."""
     rows = _rows(scheme, np.asarray(dt), horizon, substeps)
     rows.setflags(write=False)
@@ -92,7 +93,7 @@ def _uniform_rows(
 
 def _rows(
     scheme: str, dt: Float64[np.ndarray, "..."], horizon: int, substeps: int
-) -> Float64[np.ndarray, "S 12"]:
+) -> Float64[np.ndarray, "S 13"]:
     stages = np.array(_STAGE_ROWS[scheme])
     rows = np.tile(stages, (horizon * substeps, 1))
     h = np.repeat(np.broadcast_to(dt / substeps, horizon), substeps * len(stages))

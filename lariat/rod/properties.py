@@ -5,13 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.rope_parameters import BY_NAME
 
+Section = Literal["round", "rectangular"]
+"""Cross-section, over which yield spreads from the outside."""
+SECTION_LAYERS: dict[str, tuple[tuple[float, float], ...]] = {
+    "round": ((0.3730, 1.126), (0.3534, 1.4899), (0.2182, 2.149), (0.0554, 5.0)),
+    "rectangular": ((0.4438, 1.0755), (0.3439, 1.3957), (0.1844, 2.0615), (0.0279, 5.0)),
+}
+"""Share of what yields, and limit relative to the yield curvature, of each layer of a section.
+
+Parallel elastic-perfectly plastic layers (Iwan, J. Appl. Mech. 1967), fitted with the default
+hardening to the moments of bent wires: what is left of a curvature is within 0.007 of it of theirs.
+"""
 _POSITIVE_FIELDS = ("length", "diameter", "linear_density", "youngs_modulus", "stretch_stiffness")
 """Fields whose values must be positive."""
 
@@ -55,6 +66,21 @@ class RodProperties:
     """Factors on the linear density, evenly spaced from left to right [-]."""
     rest_curvature: tuple[tuple[float, float, float], ...] = ((0.0, 0.0, 0.0),)
     """Curvature about d1 and d2 and twist at rest, evenly spaced from left to right [1/m]."""
+    yield_curvature: float = math.inf
+    """Curvature above which the outermost fibre yields and the rod keeps a bend [1/m].
+
+    That of a wire is the yield stress over E times its radius. The rod yields at a twist of
+    sqrt(1 + poisson_ratio) times as much. Infinite for a rod that springs back.
+    """
+    section: Section = "round"
+    """Cross-section, which says how yield spreads over it."""
+    hardening: float = 0.002
+    """Share of the stiffness that stays elastic at any curvature [-]; without any, a rod that has
+    yielded all through has no equilibrium of its own."""
+    inner_friction: float = 0.0
+    """Share of the stiffness that friction between strands bears until they slip [-]."""
+    slip_curvature: float = 1.0
+    """Curvature, counted from the last reversal, at which strands begin to slip [1/m]."""
     contact_stiffness: float = 1e6
     """Contact force per length of rod and depth of overlap, at least [N/m^2]; see
     `effective_contact_stiffness`."""
@@ -65,7 +91,7 @@ class RodProperties:
     """Density of the air [kg/m^3]."""
 
     def __post_init__(self) -> None:
-        for name in (*_POSITIVE_FIELDS, "contact_stiffness", "contact_margin"):
+        for name in (*_POSITIVE_FIELDS, "slip_curvature", "contact_stiffness", "contact_margin"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} must be a positive number, got {value} (in SI units)")
@@ -77,6 +103,20 @@ class RodProperties:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} must be zero or more, got {value}{unit}; try {usual}")
+        for name in ("hardening", "inner_friction"):
+            if not 0.0 <= getattr(self, name) < 1.0:
+                raise ValueError(
+                    f"{name} must be at least 0 and below 1, got {getattr(self, name)}; try 0.01"
+                )
+        if not self.yield_curvature > 0.0:
+            raise ValueError(
+                f"yield_curvature must be positive, got {self.yield_curvature} 1/m; it is one over "
+                "the least radius to which the rod bends without keeping it"
+            )
+        if self.section not in get_args(Section):
+            raise ValueError(
+                f"section must be one of {', '.join(get_args(Section))}, got {self.section!r}"
+            )
         if not (math.isfinite(self.poisson_ratio) and self.poisson_ratio > -1.0):
             raise ValueError(
                 f"poisson_ratio must be above -1, got {self.poisson_ratio}; try 0.3 for a solid"
@@ -115,6 +155,21 @@ class RodProperties:
     def twist_ratio(self) -> float:
         """Ratio of twisting to bending stiffness, GJ / EI [-]."""
         return self.twisting_stiffness / self.bending_stiffness
+
+    @property
+    def layers(self) -> Float64[np.ndarray, "l 3"]:
+        """Layers that yield: share of the stiffness [-], curvature at which it yields [1/m], and
+        derivative of that in the yield curvature [-]; none for a rod that springs back."""
+        rows = []
+        if self.inner_friction:
+            rows.append([self.inner_friction, self.slip_curvature, 0.0])
+        if math.isfinite(self.yield_curvature):
+            share = (1.0 - self.inner_friction) * (1.0 - self.hardening)
+            rows += [
+                [share * part, limit * self.yield_curvature, limit]
+                for part, limit in SECTION_LAYERS[self.section]
+            ]
+        return np.array(rows).reshape(-1, 3)
 
     @property
     def effective_contact_stiffness(self) -> float:

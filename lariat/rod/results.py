@@ -85,6 +85,8 @@ class StateGradient:
     """Gradient in angular velocities of the frames [s/rad]."""
     slips: Float64[np.ndarray, "m e s 3"] | None = None
     """Gradient in the slips on the bodies of the roll-out [1/m]; None without friction."""
+    plastic_curvature: Float64[np.ndarray, "m-1 l 3"] | None = None
+    """Gradient in what layers of the bends keep [m]; None for a rod without layers."""
 
 
 @dataclass(frozen=True)

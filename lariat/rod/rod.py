@@ -271,6 +271,9 @@ class Rod:
     ) -> Rest:
         """Find an equilibrium between two grips.
 
+        A rod that yields goes straight from the set of the guess, by default from none, to that of
+        the equilibrium, whatever shapes the search passes; `settle` follows a history.
+
         Args:
             left: Left grip; without effect if that end is free.
             right: Right grip; without effect if that end is free.
@@ -281,7 +284,16 @@ class Rod:
         Raises:
             ValueError: The grips are farther apart than the rod between them is long.
         """
-        return statics.find_rest(self.model, self.settle, left, right, guess, obstacles)
+
+        def settle(
+            state: RodState,
+            actions: Float64[np.ndarray, "H 2 6"],
+            durations: Float64[np.ndarray, "H"],
+            obstacles: Float64[np.ndarray, "m 13"] | None,
+        ) -> tuple[Rollout, bool]:
+            return self._settle(state, actions, durations, obstacles, yields_last=True)
+
+        return statics.find_rest(self.model, settle, left, right, guess, obstacles)
 
     def settle(
         self,
@@ -306,8 +318,18 @@ class Rod:
         Raises:
             ValueError: An argument does not fit the rod.
         """
+        return self._settle(state, actions, durations, obstacles)
+
+    def _settle(
+        self,
+        state: RodState,
+        actions: Float64[np.ndarray, "H 2 6"],
+        durations: Float64[np.ndarray, "H"],
+        obstacles: Float64[np.ndarray, "m 13"] | None,
+        yields_last: bool = False,
+    ) -> tuple[Rollout, bool]:
         spec = RolloutSpec(state, actions, 1.0, obstacles=obstacles)
-        buffers = self._prepare(spec, durations=durations)
+        buffers = self._prepare(spec, durations=durations, yields_last=yields_last)
         launch(buffers)
         report = buffers.section(Section.REPORTS)[0].reshape(-1, REPORT_WIDTH)
         motion = read_rollouts(buffers, self.properties.length, spec.obstacles)[0]
@@ -318,5 +340,8 @@ class Rod:
         spec: RolloutSpec[RodState] | RolloutSpec[Sequence[RodState]],
         request: DerivativeRequest = NO_DERIVATIVES,
         durations: Float64[np.ndarray, "H"] | None = None,
+        yields_last: bool = False,
     ) -> LaunchBuffers[Sizes]:
-        return prepare(self.model, self._constants, self._pool, spec, request, durations)
+        return prepare(
+            self.model, self._constants, self._pool, spec, request, durations, yields_last
+        )

@@ -29,6 +29,9 @@ class RodState:
     """Angular velocities of the frames, world frame [rad/s]."""
     contact: ContactSlips | None = None
     """Slips on bodies with friction; None for a rod that no friction pulls at."""
+    plastic_curvature: Float64[np.ndarray, "m-1 l 3"] | None = None
+    """Curvature about d1 and d2 and twist that each of the l layers (`RodProperties.layers`) of the
+    bend between two frames keeps [1/m]; None for a rod that keeps none."""
 
     def at_rest(self) -> RodState:
         """Return the same shape without motion."""
@@ -53,6 +56,8 @@ class StateDirections:
     """Changes of the frames' angular velocities [rad/s per unit]."""
     slips: Float64[np.ndarray, "D m e s 3"] | None = None
     """Changes of the slips on bodies with friction [m per unit]; None for none."""
+    plastic_curvature: Float64[np.ndarray, "D m-1 l 3"] | None = None
+    """Changes of what layers of the bends keep [1/m per unit]; None for none."""
 
     def check(self, node_count: int, frame_count: int) -> None:
         """Check shapes and values against the numbers of nodes and of frames of a rod.

@@ -88,6 +88,7 @@ def find_rest(
     if not found.stable or not found.converged:
         # A symmetric start can end on a saddle point, which a perturbation leaves.
         perturbed = _perturbed(model, found.state)
+        perturbed = replace(perturbed, plastic_curvature=start.plastic_curvature)
         found = _relax(model, settle, perturbed, left, right, obstacles)
     if _clearance(model, found.state, obstacles) < -MAX_OVERLAP * model.properties.diameter:
         # Pushed out of the nearest face, a rod can end up pulled tight inside an obstacle.

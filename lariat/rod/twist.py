@@ -7,6 +7,8 @@ against the left one about the rod's axis, which points from left to right.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Float64
 
@@ -67,7 +69,7 @@ def add_turns(state: RodState, count: float) -> RodState:
         steps[[0, -1]] = 0.5
     angles = 2.0 * np.pi * count * np.concatenate([[0.0], np.cumsum(steps) / np.sum(steps)])
     spun = poses.multiply(state.orientations, poses.exponential(angles[:, None] * EDGE_AXIS))
-    return RodState(state.positions, spun, state.velocities, state.angular_velocities)
+    return replace(state, orientations=spun, contact=None)
 
 
 def _turns_beyond(least: float, state: RodState) -> int:

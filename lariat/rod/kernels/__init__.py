@@ -35,6 +35,7 @@ reuse the factors of the last Newton step.
     prediction               inertial targets and first iterate
     grips                    driven ends
     energy                   inertia, weight, stretch, bending
+    plasticity               set of bends, in layers that yield
     contact_penalty          p, the penalty of contact
     friction                 Coulomb friction on obstacles
     obstacle_contact         signed distance and contact with obstacles

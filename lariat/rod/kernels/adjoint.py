@@ -19,6 +19,7 @@ from lariat.rod.kernels.air_drag import air_drag_adjoint, has_air_drag
 from lariat.rod.kernels.friction import friction_adjoint, seed_slips
 from lariat.rod.kernels.grip_sensitivities import grip_sensitivities
 from lariat.rod.kernels.memory import add, load3, load4, load33
+from lariat.rod.kernels.plasticity import plastic_adjoint, seed_sets
 from lariat.rod.kernels.rotations import left_jacobian, rotation_matrix
 from lariat.rod.kernels.step_terms import internal_rate, step_times, target_share
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
@@ -99,6 +100,8 @@ def adjoint(
             air_drag_adjoint(ni, w, rod, step)
         if ni[Header.FRICTION_PAIRS] > 0:
             friction_adjoint(ni, w, rod, step)
+        if ni[Header.LAYERS] > 0:
+            plastic_adjoint(ni, w, rod, step)
         for p in range(ni[Header.PARAMETERS]):
             force = parameter_derivatives_at(ni, rod, p // GROUP_COLUMNS, 0)
             force += p % GROUP_COLUMNS
@@ -108,8 +111,11 @@ def adjoint(
                     total -= w[new + 3 * j + a] * w[force + COLUMNS_WIDTH * j + GROUP_COLUMNS * a]
             to = rod + ni[Section.PARAMETERS_OUT] + p
             w[to] = w[to] + total
-    elif task == Task.SEED_SLIPS:
-        seed_slips(ni, w, rod, step)
+    elif task == Task.SEED_STATE:
+        if ni[Header.FRICTION_PAIRS] > 0:
+            seed_slips(ni, w, rod, step)
+        if ni[Header.LAYERS] > 0:
+            seed_sets(ni, w, rod, step)
     else:
         result = grip_adjoint(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -8,6 +8,7 @@ length l and moments of inertia J:
     (W)  sum over nodes  -m g x
     (S)  sum over edges  l K |e / l - d3|^2 / 2                   e = x_i+1 - x_i, d3 = R(q_i) z
     (B)  sum over bends  (k1, k2, k3) |u - rest|^2 / 2            u = log(conj(q_i) q_i+1)
+         less what layers that yield leave out                    see `plasticity`
 
 (S) is eq. (4) of Ying & Yamazaki (2024) with shear as stiff as stretch, (B) their eq. (7) with the
 logarithm instead of 2 Im(conj(q) q), so that the torque stays proportional to twist. Rotations of
@@ -46,15 +47,20 @@ from lariat.rod.kernels.memory import (
     store_lane_symmetric,
 )
 from lariat.rod.kernels.obstacle_contact import obstacle_contacts
+from lariat.rod.kernels.plasticity import plastic_energy, update_sets
 from lariat.rod.kernels.rotations import (
-    cross_matrix,
     left_jacobian_inverse,
     log_coefficients,
     logarithm,
     relative_rotation,
     rotation_matrix,
 )
-from lariat.rod.kernels.step_terms import step_times, turn_from_target, weighted_inertia
+from lariat.rod.kernels.step_terms import (
+    moment_curvature,
+    step_times,
+    turn_from_target,
+    weighted_inertia,
+)
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import HessianPart, Task
 from lariat.rod.launch.layout import (
@@ -235,6 +241,7 @@ def bend_energy(
 
     Args:
         arg: `HessianPart` to add; the positive one is that of Gauss and Newton.
+        real: One for the secant stiffness of layers, else zero.
     """
     result = 0.0
     if task == Task.BEND_ENERGY:
@@ -277,13 +284,7 @@ def bend_energy(
                     for b in ti.static(range(3)):
                         front_factor[a, b] *= stiffness[b]
                         rear_factor[a, b] *= stiffness[b]
-                # -c ([u x m]x + [u]x [m]x) + d (u x (u x m)) u^T, in outer products.
-                u_moment = u.dot(moment)
-                moment_cross = (0.5 * curved) * cross_matrix(moment)
-                along = curved * (d * (u_moment * u - u.dot(u) * moment) - 2.0 * c * moment)
-                curvature_term = (curved * c * u).outer_product(moment) + along.outer_product(u)
-                for a in ti.static(range(3)):
-                    curvature_term[a, a] += curved * c * u_moment
+                curvature_term, moment_cross = moment_curvature(u, moment, c, d, curved)
                 front_factor += curvature_term + moment_cross
                 rear_factor += curvature_term - moment_cross
                 store_lane_symmetric(w, at, 17, rear_factor @ left_inverse)
@@ -301,6 +302,10 @@ def bend_energy(
                     w33[m + 6] = w33[m + 6] + load_lane_symmetric(w, at, 23)
                     w33[m + 2] = load_lane33(w, at, 29)
         result = energy
+        if ni[Header.LAYERS] > 0:
+            result += plastic_energy(ni, w, rod, step, arg, real)
     else:
+        if task == Task.UPDATE_STATE and ni[Header.LAYERS] > 0:
+            update_sets(ni, w, rod, step)
         result = obstacle_contacts(ni, w, w33, task, rod, step, arg, real)
     return result

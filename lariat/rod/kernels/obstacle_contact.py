@@ -51,7 +51,8 @@ def obstacle_contacts(
         arg: `HessianPart` to add; the positive one is semidefinite.
     """
     result = 0.0
-    if task == Task.OBSTACLE_CONTACT or task == Task.UPDATE_SLIPS:
+    updates = task == Task.UPDATE_STATE and ni[Header.FRICTION_PAIRS] > 0
+    if task == Task.OBSTACLE_CONTACT or updates:
         exact = arg != HessianPart.POSITIVE
         samples = ni[Header.CONTACT_SAMPLES]
         length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
@@ -241,10 +242,10 @@ def obstacle_contacts(
         if has_friction:
             head = rod + ni[Section.FRICTION_CONTACTS]
             w[head] = touching_pairs
-            if task == Task.UPDATE_SLIPS:
+            if updates:
                 w[head + 1] = 1.0
             total += friction_energy(ni, w, rod, step, arg)
-            if task == Task.UPDATE_SLIPS:
+            if updates:
                 update_slips(ni, w, rod, step)
         result = total
     else:

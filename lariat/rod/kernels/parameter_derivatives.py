@@ -20,12 +20,16 @@ from lariat.rod.kernels.addressing import (
 from lariat.rod.kernels.air_drag import air_drag_parameter_derivatives
 from lariat.rod.kernels.friction import friction_parameter_derivatives
 from lariat.rod.kernels.memory import load3, load4
+from lariat.rod.kernels.plasticity import (
+    bend_length,
+    knot_share,
+    plastic_parameter_derivatives,
+)
 from lariat.rod.kernels.rotations import rotation_matrix
 from lariat.rod.kernels.step_derivatives import inertia_derivatives
 from lariat.rod.kernels.step_terms import (
     add_parameter_derivative,
     bend_rotation,
-    bend_share,
     step_times,
     turn_from_target,
     weighted_inertia,
@@ -154,19 +158,15 @@ def parameter_derivatives(
                 code == ParameterCode.BENDING_STIFFNESS
                 or code == ParameterCode.TWISTING_STIFFNESS
                 or code == ParameterCode.INTERNAL_DAMPING
-                or (code >= ParameterCode.LENGTH and code != ParameterCode.DENSITY_PROFILE)
+                or (code >= ParameterCode.LENGTH and code < ParameterCode.DENSITY_PROFILE)
             ):
                 for j in range(n - 2):
                     u, jacobian, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
                     bend = rod + ni[Section.BENDS] + 6 * j
                     stiffness = load3(w, bend)
                     rest = load3(w, bend + 3)
-                    bend_length = length * bend_share(j, n - 2, first_edge, n - 1 - end_edge)
-                    # Share of the knot in this bend.
-                    share = 1.0
-                    if knots > 1:
-                        coordinate = ti.cast((j + 1 - first_edge) * (knots - 1), ti.f64) / edges
-                        share = ti.max(0.0, 1.0 - ti.abs(coordinate - knot))
+                    reach = bend_length(ni, w, rod, j)
+                    share = knot_share(ni, p, j)
                     effective = effective_bend_at(ni, rod, step, j)
                     moment = load3(w, effective + EffectiveBend.STIFFNESS) * (
                         u - load3(w, effective + EffectiveBend.REST)
@@ -182,7 +182,7 @@ def parameter_derivatives(
                         moment *= (
                             share
                             * scalar(ni, w, rod, Scalar.BENDING_STIFFNESS)
-                            / (bend_length * stiffness[0])
+                            / (reach * stiffness[0])
                         )
                     elif code == ParameterCode.INTERNAL_DAMPING:
                         carries = w[time_at(ni, rod, step) + TimeRow.KEEPS_VELOCITY]
@@ -197,7 +197,7 @@ def parameter_derivatives(
                         for a in ti.static(range(3)):
                             moment[a] = 0.0
                             if code == ParameterCode.REST_CURVATURE_1 + a:
-                                moment[a] = -share * stiffness[a] * bend_length
+                                moment[a] = -share * stiffness[a] * reach
                     add_parameter_derivative(
                         ni, w, rod, p, 2 * j + 1, -(jacobian.transpose() @ moment)
                     )
@@ -205,6 +205,8 @@ def parameter_derivatives(
         air_drag_parameter_derivatives(ni, w, rod, step)
         if ni[Header.FRICTION_PAIRS] > 0:
             friction_parameter_derivatives(ni, w, rod, step)
+        if ni[Header.LAYERS] > 0:
+            plastic_parameter_derivatives(ni, w, rod, step)
     else:
         result = inertia_derivatives(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -29,6 +29,7 @@ from lariat.rod.kernels.memory import (
     store_lane,
 )
 from lariat.rod.kernels.newton_update import apply_step
+from lariat.rod.kernels.plasticity import kept_rest
 from lariat.rod.kernels.rotations import (
     exponential,
     logarithm,
@@ -65,7 +66,8 @@ def inertial_targets(
     """Compute the inertial targets and the bends' effective stiffness and rest.
 
     Internal damping k tau / h |u - u1|^2 / 2 and the bends' own energy k |u - rest|^2 / 2 add up,
-    except for a constant, to one square with a higher stiffness and another rest.
+    except for a constant, to one square with a higher stiffness and another rest. What the layers
+    of a bend keep shifts its rest.
     """
     result = 0.0
     if task == Task.INERTIAL_TARGETS:
@@ -119,9 +121,12 @@ def inertial_targets(
                     u, _jacobian, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS - back, j)
                     before += share * u
             bend = bends + 6 * j
+            rest = load3(w, bend + 3)
+            for k in range(ni[Header.LAYERS]):
+                rest += kept_rest(ni, w, rod, step, j, k)
             to = effective_bends + EFFECTIVE_BEND_WIDTH * j
             store(w, to + EffectiveBend.STIFFNESS, (1.0 + rate) * load3(w, bend))
-            store(w, to + EffectiveBend.REST, (load3(w, bend + 3) + rate * before) / (1.0 + rate))
+            store(w, to + EffectiveBend.REST, (rest + rate * before) / (1.0 + rate))
             store(w, to + EffectiveBend.DAMPED_FROM, before)
     else:
         result = apply_step(ni, w, w33, task, rod, step, arg, real)

@@ -74,10 +74,12 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
     derivatives = ni[Header.DERIVATIVES] > 0
     with_sensitivities = ni[Header.DERIVATIVES] % Derivatives.ADJOINT
     friction = ni[Header.FRICTION_PAIRS] > 0
+    # Slips and sets are states of the rod beside its shape.
+    carries = friction or ni[Header.LAYERS] > 0
     contact_forces_wanted = ti.cast(
         (ni[Header.PARAMETERS] > 0 or friction) and ni[Header.OBSTACLES] > 0, ti.i32
     )
-    slips_updated = 0
+    updated = 0
     adjoint_step = rod + ni[Section.ADJOINT]
     step = 0
     backward = 0
@@ -94,6 +96,8 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
     if self_contact:
         # Nor may they jump over another strand.
         max_stride = ti.min(max_stride, scalar(ni, w, rod, Scalar.CONTACT_REACH))
+    # Those of layers that yield wander more, and a line search ends it.
+    most = ti.select(ni[Header.LAYERS] > 0, 16, 100)
     column = 0
     iterations = 0
     full_steps = 0
@@ -117,11 +121,16 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
     while task != Task.DONE:
         arg = exact
         real = shift
-        if phase == Phase.DERIVATIVES or chord == 1 or task == Task.UPDATE_SLIPS:
+        if phase == Phase.DERIVATIVES or chord == 1 or task == Task.UPDATE_STATE:
             # Derivatives need the forces of contact, for the derivative with respect to length.
             arg = HessianPart.NONE
         if task == Task.EDGE_ENERGY and phase == Phase.FINAL_HESSIAN:
             arg = HessianPart.TRUE
+        if task == Task.BEND_ENERGY:
+            # Layers that yield leave little stiffness, and steps that go too far: the first one,
+            # and those that leave out negative parts, take what the layers bear now.
+            wary = (iterations == 0 or exact == 0) and line_search + phase == 0
+            real = ti.cast(wary, ti.f64)
         if task == Task.ACCEPT_ITERATE:
             arg = line_search
         elif task == Task.APPLY_STEP:
@@ -159,10 +168,10 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
                 task = Task.PARAMETER_DERIVATIVES
             elif task == Task.PARAMETER_DERIVATIVES:
                 solving = ti.select(self_contact, Task.SOLVE_EXACTLY, Task.SOLVE)
-                solving = ti.select(friction, Task.SEED_SLIPS, solving)
+                solving = ti.select(carries, Task.SEED_STATE, solving)
                 task = ti.select(backward, solving, Task.GRIP_SENSITIVITIES)
-            elif task == Task.SEED_SLIPS:
-                task = Task.SOLVE
+            elif task == Task.SEED_STATE:
+                task = ti.select(self_contact, Task.SOLVE_EXACTLY, Task.SOLVE)
             elif task == Task.GRIP_SENSITIVITIES:
                 task = Task.SENSITIVITIES
             elif task == Task.SENSITIVITIES:
@@ -192,8 +201,8 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
             else:
                 phase = Phase.FINISHED
                 task = Task.SOLVED
-        elif task == Task.UPDATE_SLIPS:
-            slips_updated = 1
+        elif task == Task.UPDATE_STATE:
+            updated = 1
             task = Task.SOLVED
         elif task == Task.INERTIAL_TARGETS:
             task = Task.PREDICT
@@ -327,7 +336,7 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
                 shift = 0.0
             if task != Task.SOLVED and phase == Phase.ITERATION:
                 if line_search == 0 and (
-                    full_steps >= 14 or attempts >= 100 or not (largest < 1e6)
+                    full_steps >= 14 or attempts >= most or not (largest < 1e6)
                 ):
                     line_search = 1
                     chord = 0
@@ -337,8 +346,8 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
                     task = Task.PREDICT
                 elif attempts >= ni[Header.MAX_ITERATIONS]:
                     task = Task.SOLVED
-        if task == Task.SOLVED and friction and phase < Phase.DERIVATIVES and slips_updated == 0:
-            task = Task.UPDATE_SLIPS
+        if task == Task.SOLVED and carries and phase < Phase.DERIVATIVES and updated == 0:
+            task = Task.UPDATE_STATE
         if task == Task.SOLVED:
             if phase < Phase.DERIVATIVES:
                 report = rod + ni[Section.REPORTS] + REPORT_WIDTH * step
@@ -365,7 +374,7 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
                 grips_moved = 0
                 stepped = 0
                 chord = 0
-                slips_updated = 0
+                updated = 0
                 task = Task.INERTIAL_TARGETS
                 if step == ni[Header.STEPS]:
                     task = Task.DONE

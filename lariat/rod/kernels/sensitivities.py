@@ -26,6 +26,7 @@ from lariat.rod.kernels.memory import (
     store,
     store_column,
 )
+from lariat.rod.kernels.plasticity import plastic_sensitivities, set_sensitivities
 from lariat.rod.kernels.prediction import predict
 from lariat.rod.kernels.step_terms import internal_rate, step_times, target_share
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
@@ -54,6 +55,8 @@ def sensitivities(
     real: ti.f64,
 ) -> ti.f64:
     """Carry all columns over one solve, or write those of the positions as results.
+
+    Those of slips and sets follow when the results are written.
 
     With self-contact the solve itself is left to `SOLVE_EXACTLY`, column by column.
     """
@@ -132,6 +135,8 @@ def sensitivities(
                     air_drag_sensitivities(ni, w, rod, step, start, history)
                 if ni[Header.FRICTION_PAIRS] > 0:
                     friction_sensitivities(ni, w, rod, step, group, history)
+                if ni[Header.LAYERS] > 0:
+                    plastic_sensitivities(ni, w, rod, step, group)
                 for j in range(ti.max(first - 2, 0), first):
                     for k in ti.static(range(1, 3)):
                         if j + k >= first and j + k < end:
@@ -175,16 +180,16 @@ def sensitivities(
                         after = load_column(w, at + 2 * COLUMNS_STRIDE + c)
                         v -= far @ ti.select(j + 2 < end, after, 0.0)
                         store_column(w, at + c, v)
-                if ni[Header.FRICTION_PAIRS] > 0:
-                    slip_sensitivities(ni, w, rod, step, group, history)
-        if ni[Header.FRICTION_PAIRS] > 0:
-            stamp_slips(ni, w, rod, step)
     elif task == Task.WRITE_SENSITIVITIES:
         n = ni[Header.NODES]
         groups = sensitivity_columns_at(ni, rod, 0)[1]
         solve = step // ni[Header.SUBSTEPS]
         for group in range(groups):
             alive = group >= ni[Header.ACTION_GROUPS] or group <= ni[STEP_BLOCKS + solve]
+            if alive and ni[Header.FRICTION_PAIRS] > 0:
+                slip_sensitivities(ni, w, rod, step, group, group_history(ni, step, group))
+            if alive and ni[Header.LAYERS] > 0:
+                set_sensitivities(ni, w, rod, step, group)
             start = sensitivity_columns_at(ni, rod, group)[0]
             out = rod + ni[Section.SENSITIVITIES_OUT] + GROUP_COLUMNS * group
             out += COLUMNS_WIDTH * groups * n * solve
@@ -194,6 +199,8 @@ def sensitivities(
                     row = ti.Vector([w[at + b] for b in range(GROUP_COLUMNS)])
                     to = out + GROUP_COLUMNS * groups * (3 * i + a)
                     store(w, to, ti.select(alive, row, 0.0))
+        if ni[Header.FRICTION_PAIRS] > 0:
+            stamp_slips(ni, w, rod, step)
     else:
         result = predict(ni, w, w33, task, rod, step, arg, real)
     return result

@@ -96,6 +96,21 @@ def bend_rotation(ni: ti.template(), w: ti.template(), rod, slot, j):
 
 
 @ti.func
+def moment_curvature(u, moment, c, d, curved):
+    """Hessian of a bend through the curvature of u at a moment m, times `curved`, and [m]x / 2.
+
+    -c ([u x m]x + [u]x [m]x) + d (u x (u x m)) u^T, in outer products.
+    """
+    u_moment = u.dot(moment)
+    moment_cross = (0.5 * curved) * cross_matrix(moment)
+    along = curved * (d * (u_moment * u - u.dot(u) * moment) - 2.0 * c * moment)
+    curvature_term = (curved * c * u).outer_product(moment) + along.outer_product(u)
+    for a in ti.static(range(3)):
+        curvature_term[a, a] += curved * c * u_moment
+    return curvature_term, moment_cross
+
+
+@ti.func
 def past_rotation(ni: ti.template(), w: ti.template(), rod, step, i, back):
     """Rotation of edge i from the last solve to the one `back` before this, as a quaternion."""
     return relative_rotation(

@@ -78,9 +78,11 @@ class Constants(NamedTuple):
     """Numbers of every launch that depend on the rod alone."""
 
     doubles: Float64[np.ndarray, "k"]
-    """Scalars, node masses and bends, in the order of their sections."""
+    """Scalars, node masses, bends and layers, in the order of their sections."""
     integers: Int32[np.ndarray, "c"]
     """Integers at `MODEL_HEADER`."""
+    layers: int
+    """Layers of each bend that yield."""
 
 
 NO_DERIVATIVES = DerivativeRequest()
@@ -94,6 +96,7 @@ def prepare(
     spec: RolloutSpec[RodState | Sequence[RodState]],
     request: DerivativeRequest = NO_DERIVATIVES,
     durations: Float64[np.ndarray, "H"] | None = None,
+    yields_last: bool = False,
 ) -> LaunchBuffers[Sizes]:
     """Return buffers with all inputs of a launch.
 
@@ -105,6 +108,8 @@ def prepare(
         request: Derivatives to compute.
         durations: Duration of each step, which replaces `spec.dt`, for steps that lose all velocity
             and decrease the energy alone [s]; None for steps with inertia.
+        yields_last: Whether bends keep after the last of these steps alone what they keep beyond
+            the initial state, whatever shapes lie on the way.
 
     Raises:
         ValueError: The specification does not fit the rod or is out of its range.
@@ -113,7 +118,7 @@ def prepare(
     block_of_step = check_rollout(spec, actions)
     horizon, blocks = len(block_of_step), actions.shape[1]
     for state in {id(state): state for state in states}.values():
-        check_state(state, model.node_count, model.frame_count)
+        check_state(state, model.node_count, model.frame_count, constants.layers)
         check_span(state, model.properties.length)
     directions = request.directions or ()
     for direction in directions:
@@ -129,6 +134,8 @@ def prepare(
     else:
         check_durations(durations, blocks)
         times, history = time_table("still", durations, horizon, spec.substeps), 1
+        if yields_last:
+            times[:-1, TimeRow.YIELDS] = 0.0
     sizes = Sizes(
         len(states),
         model.frame_count + 1,
@@ -146,6 +153,7 @@ def prepare(
         else 0,
         model.clamps,
         _friction_pairs(model, rows, constants),
+        constants.layers,
     )
     names = request.parameters
     codes = parameter_codes(names, model.properties) if names else None
@@ -168,6 +176,8 @@ def prepare(
         place.write(state)
     if sizes.friction_pairs:
         _write_slips(buffers, model, states, spec.obstacles, directions)
+    if sizes.layers:
+        _write_sets(buffers, states, directions)
     if request.kinds:
         _write_derivative_inputs(buffers, request, states, float(times[0, TimeRow.DURATION]))
     return buffers
@@ -211,17 +221,41 @@ def _write_slips(
         columns = buffers.section(Section.SLIP_SENSITIVITIES)
         columns[:] = 0.0
         buffers.section(Section.SLIP_STAMPS)[:] = -1.0
-        columns = columns.reshape(len(states), buffers.sizes.columns, pairs, 3, GROUP_COLUMNS)
         for b, along in enumerate(directions):
-            if along.slips is None:
-                continue
-            groups = -(-len(along.slips) // GROUP_COLUMNS)
-            rows = np.zeros((groups * GROUP_COLUMNS, pairs, 3))
-            rows[: len(along.slips)] = along.slips.reshape(-1, pairs, 3)
-            rows = rows.reshape(groups, GROUP_COLUMNS, pairs, 3)
-            columns[b, -groups:] = rows.transpose(0, 2, 3, 1)
+            _write_columns(columns[b], buffers.sizes.columns, along.slips)
     if buffers.sizes.derivatives & Derivatives.ADJOINT:
         buffers.section(Section.SLIP_ADJOINT)[:] = 0.0
+
+
+def _write_columns(
+    columns: Float64[np.ndarray, "k"], groups: int, along: Float64[np.ndarray, "D ..."] | None
+) -> None:
+    """Write directions of slips or sets into the last of some groups of columns."""
+    if along is None:
+        return
+    wanted = -(-len(along) // GROUP_COLUMNS)
+    rows = np.zeros((wanted * GROUP_COLUMNS, along[0].size // 3, 3))
+    rows[: len(along)] = along.reshape(len(along), -1, 3)
+    rows = rows.reshape(wanted, GROUP_COLUMNS, -1, 3).transpose(0, 2, 3, 1)
+    columns.reshape(groups, -1, 3, GROUP_COLUMNS)[-wanted:] = rows
+
+
+def _write_sets(
+    buffers: LaunchBuffers[Sizes], states: Sequence[RodState], directions: Sequence[StateDirections]
+) -> None:
+    """Write what layers of the bends keep in the initial states, and its sensitivities."""
+    sizes = buffers.sizes
+    width = 3 * sizes.layers * (sizes.nodes - 2)
+    for row, state in zip(buffers.section(Section.SETS), states, strict=True):
+        kept = state.plastic_curvature
+        row[:width] = 0.0 if kept is None else np.ravel(kept)
+    if sizes.derivatives & Derivatives.SENSITIVITIES:
+        columns = buffers.section(Section.SET_SENSITIVITIES)
+        columns[:] = 0.0
+        for b, along in enumerate(directions):
+            _write_columns(columns[b], sizes.columns, along.plastic_curvature)
+    if sizes.derivatives & Derivatives.ADJOINT:
+        buffers.section(Section.SET_ADJOINT)[:] = 0.0
 
 
 class StartPlace(NamedTuple):
@@ -353,7 +387,9 @@ def pack_constants(model: ImplicitRodModel) -> Constants:
     bends[:, :3] = [p.bending_stiffness, p.bending_stiffness, p.twisting_stiffness]
     bends[:, :3] *= p.profile_at(places)[:, None] / lengths
     bends[:, 3:] = p.rest_curvature_at(places) * lengths
-    return Constants(np.concatenate([scalars, masses, bends.ravel()]), _model_header(model))
+    layers = p.layers
+    doubles = np.concatenate([scalars, masses, bends.ravel(), layers.ravel()])
+    return Constants(doubles, _model_header(model), len(layers))
 
 
 def _model_header(model: ImplicitRodModel) -> Int32[np.ndarray, "c"]:

@@ -123,6 +123,7 @@ def _plan(sizes: Sizes) -> tuple[dict[int, slice], int, Int32[np.ndarray, "k"]]:
     integers[Header.ACTION_GROUPS] = sizes.action_groups
     integers[Header.DERIVATIVES] = sizes.derivatives
     integers[Header.FRICTION_PAIRS] = sizes.friction_pairs
+    integers[Header.LAYERS] = sizes.layers
     integers[Header.MAX_SELF_CONTACTS] = sizes.self_contacts
     integers[Header.STRIDE] = stride
     integers[Header.OBSTACLE_ROWS] = stride * sizes.batch

@@ -76,6 +76,8 @@ class Header(IntEnum):
     """`Derivatives` that are computed."""
     FRICTION_PAIRS = auto()
     """Pairs of a sample of an edge and an obstacle, each with a slip; zero without friction."""
+    LAYERS = auto()
+    """Layers of each bend that yield; zero for a rod that springs back."""
     MAX_SELF_CONTACTS = auto()
     """Capacity for contacts of the rod with itself; zero without self-contact."""
     OBSTACLE_ROWS = auto()
@@ -91,6 +93,8 @@ class Section(IntEnum):
     MASSES = auto()
     BENDS = auto()
     """Stiffness [N m] and rest angles [rad] of each bend, three numbers each."""
+    LAYERS = auto()
+    """A `LayerRow` for each layer."""
     TIMES = auto()
     """A `TimeRow` for each solve."""
     ACTIONS = auto()
@@ -139,6 +143,12 @@ class Section(IntEnum):
     SLIP_STAMPS = auto()
     """Last solve in which a pair touched; -1 before the first."""
     SLIP_ADJOINT = auto()
+    SETS = auto()
+    """Curvature and twist that each layer of each bend keeps, before the roll-out and after each
+    solve [1/m]."""
+    SET_SENSITIVITIES = auto()
+    """Columns of the sets, in groups as those of `SENSITIVITIES`."""
+    SET_ADJOINT = auto()
     SELF_CONTACTS = auto()
     SELF_CONTACT_COLUMNS = auto()
     SELF_CONTACT_MATRIX = auto()
@@ -196,6 +206,7 @@ class ParameterCode(IntEnum):
     REST_TWIST = auto()
     STIFFNESS_PROFILE = auto()
     DENSITY_PROFILE = auto()
+    YIELD_CURVATURE = auto()
     FRICTION = auto()
     """Coefficient of friction of an obstacle, of which the knot is the index."""
 
@@ -213,7 +224,9 @@ class TimeRow(IntEnum):
     """One, or zero for a solve without inertia's displacement and internal damping."""
     GRIP_SOLVES_BACK = 2
     GRIP_DURATION = 3
-    BASE_SHARES = 4
+    YIELDS = 4
+    """One, or zero for a solve after which the layers of the bends keep what they kept before."""
+    BASE_SHARES = 5
     """Shares of the last solves in the base, the latest first."""
     MOMENTUM_SHARES = BASE_SHARES + HISTORY_SLOTS
     """Shares of the last solves in the displacement by inertia, the latest first."""
@@ -230,6 +243,17 @@ class EffectiveBend(IntEnum):
     REST = 3
     DAMPED_FROM = 6
     """Rotation vector of the bend at the base, at which internal damping has no moment."""
+
+
+class LayerRow(IntEnum):
+    """Numbers of a layer of the bends."""
+
+    SHARE = 0
+    """Share of the stiffness that it bears [-]."""
+    LIMIT = 1
+    """Curvature at which it yields [1/m]."""
+    BY_YIELD = 2
+    """Derivative of that in the curvature at which the rod begins to yield [-]."""
 
 
 class SelfContact(IntEnum):
@@ -339,6 +363,8 @@ LANE_STRIDE = LANE_COUNT + 8
 """Distance of the terms of an edge or bend in their section; neighbours lie next to each other."""
 LANE_TERMS = 40
 """Most terms of an edge or a bend."""
+LAYER_WIDTH = 3
+"""Numbers of a `LayerRow`."""
 EFFECTIVE_BEND_WIDTH = 9
 """Numbers of an `EffectiveBend`."""
 HESSIAN_WIDTH = 27

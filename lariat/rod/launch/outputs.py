@@ -44,7 +44,9 @@ def read_rollouts(
         Rollout(
             x[b],
             q[b],
-            RodState(x[b, -1], q[b, -1], v[b], omega[b], _slips(buffers, b, bodies)),
+            RodState(
+                x[b, -1], q[b, -1], v[b], omega[b], _slips(buffers, b, bodies), _sets(buffers, b)
+            ),
             iterations[b],
             done[b],
             length,
@@ -65,6 +67,15 @@ def _slips(
     width = 3 * sizes.friction_pairs
     row = buffers.section(Section.SLIPS)[b, width * stored : width * (stored + 1)]
     return ContactSlips(row.reshape(*_slip_shape(sizes)).copy(), bodies)
+
+
+def _sets(buffers: LaunchBuffers[Sizes], b: int) -> Float64[np.ndarray, "m-1 l 3"] | None:
+    """Return what layers of a rod's bends keep after the last solve; None without layers."""
+    sizes = buffers.sizes
+    if not sizes.layers:
+        return None
+    sets = buffers.section(Section.SETS)[b].reshape(-1, sizes.nodes - 2, sizes.layers, 3)
+    return sets[sizes.steps if sizes.derivatives & Derivatives.ADJOINT else sizes.steps % 2].copy()
 
 
 def _slip_shape(sizes: Sizes) -> tuple[int, int, int, int]:
@@ -138,16 +149,24 @@ def read_gradients(
             rollout,
             actions[b],
             dict(zip(parameters, values[b], strict=True)),
-            partial(_state_gradient, adjoints[b], states[b], sizes, h, _slip_gradient(buffers, b)),
+            partial(
+                _state_gradient, adjoints[b], states[b], sizes, h, *_kept_gradients(buffers, b)
+            ),
         )
         for b, rollout in enumerate(read_rollouts(buffers, length, bodies))
     ]
 
 
-def _slip_gradient(buffers: LaunchBuffers[Sizes], b: int) -> Float64[np.ndarray, "m e s 3"] | None:
-    if not buffers.sizes.friction_pairs:
-        return None
-    return buffers.section(Section.SLIP_ADJOINT)[b].reshape(*_slip_shape(buffers.sizes)).copy()
+def _kept_gradients(
+    buffers: LaunchBuffers[Sizes], b: int
+) -> tuple[Float64[np.ndarray, "m e s 3"] | None, Float64[np.ndarray, "m-1 l 3"] | None]:
+    """Return the gradients in slips, and in what layers of the bends keep."""
+    sizes = buffers.sizes
+    slips, sets = (buffers.section(s)[b] for s in (Section.SLIP_ADJOINT, Section.SET_ADJOINT))
+    return (
+        slips.reshape(*_slip_shape(sizes)).copy() if sizes.friction_pairs else None,
+        sets.reshape(-1, sizes.layers, 3).copy() if sizes.layers else None,
+    )
 
 
 def _state_gradient(
@@ -156,6 +175,7 @@ def _state_gradient(
     sizes: Sizes,
     h: float,
     slips: Float64[np.ndarray, "m e s 3"] | None,
+    sets: Float64[np.ndarray, "m-1 l 3"] | None,
 ) -> StateGradient:
     n = sizes.nodes
     adjoint = adjoint.reshape(HISTORY_SLOTS, -1)
@@ -172,4 +192,5 @@ def _state_gradient(
         -h * before,
         -h * left_jacobian(-h * state.angular_velocities, back),
         slips,
+        sets,
     )

@@ -18,6 +18,7 @@ from lariat.rod.launch.layout import (
     HISTORY_SLOTS,
     LANE_STRIDE,
     LANE_TERMS,
+    LAYER_WIDTH,
     MATRIX_WIDTH,
     REPORT_WIDTH,
     SELF_CONTACT_HEAD,
@@ -62,6 +63,9 @@ class Sizes(NamedTuple):
     friction_pairs: int = 0
     """Pairs of a sample of an edge and an obstacle that have a slip."""
 
+    layers: int = 0
+    """Layers of each bend that yield."""
+
     @property
     def rod_nodes(self) -> slice:
         """Nodes of the chain that are those of the rod; grip edges add the others."""
@@ -86,13 +90,14 @@ def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
     stored = steps if sizes.derivatives & Derivatives.ADJOINT else 1
     forward = 1 if sizes.derivatives & Derivatives.SENSITIVITIES else 0
     backward = 1 if sizes.derivatives & Derivatives.ADJOINT else 0
-    pairs = sizes.friction_pairs
+    pairs, sets = sizes.friction_pairs, sizes.layers * (n - 2)
     hessian = HESSIAN_WIDTH * unknowns * stored
     places, count = consecutive(
         {
             Section.SCALARS: len(Scalar),
             Section.MASSES: n,
             Section.BENDS: 6 * (n - 2),
+            Section.LAYERS: LAYER_WIDTH * sizes.layers,
             Section.TIMES: TIME_WIDTH * steps,
             Section.ACTIONS: 12 * sizes.action_blocks,
             Section.POSITIONS: 3 * n * (steps + HISTORY_SLOTS),
@@ -131,6 +136,9 @@ def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
             Section.SLIP_SENSITIVITIES: forward * COLUMNS_WIDTH * pairs * sizes.columns,
             Section.SLIP_STAMPS: forward * pairs,
             Section.SLIP_ADJOINT: backward * 3 * pairs,
+            Section.SETS: 3 * sets * ((steps if backward else 1) + 1),
+            Section.SET_SENSITIVITIES: forward * COLUMNS_WIDTH * sets * sizes.columns,
+            Section.SET_ADJOINT: backward * 3 * sets,
         },
         MATRIX_SECTIONS,
     )

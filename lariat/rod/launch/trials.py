@@ -27,11 +27,16 @@ RESULTS = (
 """Sections with the results of a launch."""
 
 
+SHARED = ("bending_stiffness", "length", "damping", "internal_damping", "drag_coefficient")
+"""Parameters that all launches with derivatives differentiate in."""
+
+
 def trials() -> list[Trial]:
     """Return launches that together run every part of the kernel."""
     properties = RodProperties(
         0.45, 0.008, 0.044, 1e6, internal_damping=0.01, drag_coefficient=20.0
     )
+    soft = replace(properties, yield_curvature=3.0, inner_friction=0.2)
     bar = Obstacle(
         "capsule", (0.2, 0.0, 0.285), (0.7071, 0.7071, 0.0, 0.0), radius=0.01, height=1.0
     )
@@ -42,7 +47,6 @@ def trials() -> list[Trial]:
     rng = np.random.default_rng(0)
     actions = rng.uniform(-0.3, 0.3, (2, 3, 2, 6))
     cost = rng.standard_normal((2, 3, 12, 3))
-    names = ("bending_stiffness", "length", "damping", "internal_damping", "drag_coefficient")
     found = []
     for kinds, self_contact, friction in (
         (Derivatives.ADJOINT, False, False),
@@ -52,8 +56,10 @@ def trials() -> list[Trial]:
         (Derivatives.SENSITIVITIES, False, True),
     ):
         scheme = "euler" if friction else "sdirk2"
-        model = ImplicitRodModel(properties, 12, scheme=scheme, self_contact=self_contact)
+        of = soft if friction else properties
+        model = ImplicitRodModel(of, 12, scheme=scheme, self_contact=self_contact)
         state = straight(model, (0.0, 0.0, 0.3), (1.0, 0.0, 0.3))
+        names = (*SHARED, "yield_curvature") if friction else SHARED
         request = DerivativeRequest(
             kinds, names if kinds else (), d_cost_d_positions=cost if kinds else None
         )

@@ -54,6 +54,7 @@ def main(
     grip: Grip = "clamped",
     scale: float = 1.0,
     up: Up = "z",
+    dt: float | None = None,
     json: bool = False,
 ) -> int:
     """Fit a rope's properties to measured motion, and score the rod's open-loop prediction.
@@ -81,6 +82,7 @@ def main(
             along the innermost two; `measured` if they are on the rope, as the vertices there bend.
         scale: Size of the unit of `vertices` [m], e.g. 0.001 for millimetres.
         up: Axis of the vertices that points up; predictions are written in metres with z up.
+        dt: Time between frames in place of the file's [s].
         json: Print one JSON object on standard output instead of a table.
 
     Returns:
@@ -88,8 +90,8 @@ def main(
     """
     if not (np.isfinite(scale) and scale > 0.0):
         raise ConfigurationError(f"--scale must be positive, got {scale}; millimetres are 0.001")
-    measured = read(file, grip, scale, up)
-    source = read(train, grip, scale, up) if train else measured
+    measured = read(file, grip, scale, up, dt)
+    source = read(train, grip, scale, up, dt) if train else measured
     for flag, path in (("--predictions", predictions), ("--plot", plot)):
         if path is not None and not path.parent.is_dir():
             raise ConfigurationError(f"{flag} {path}: there is no folder {path.parent}")
@@ -132,8 +134,10 @@ def main(
     return 0
 
 
-def read(path: Path, grip: Grip = "clamped", scale: float = 1.0, up: Up = "z") -> Motion:
-    """Read a motion file, in a unit [m] and with an axis up of its own.
+def read(
+    path: Path, grip: Grip = "clamped", scale: float = 1.0, up: Up = "z", dt: float | None = None
+) -> Motion:
+    """Read a motion file, in a unit [m] and with an axis up of its own, or frames in others' time.
 
     Raises:
         ConfigurationError: The file is missing or no motion file.
@@ -156,10 +160,10 @@ def read(path: Path, grip: Grip = "clamped", scale: float = 1.0, up: Up = "z") -
             "see docs/concepts/identification.md"
         ) from error
     with refusing(path):
-        vertices, dt, prescribed = values
+        vertices, own_dt, prescribed = values
         if np.issubdtype(vertices.dtype, np.number) and vertices.ndim and vertices.shape[-1] == 3:
             vertices = with_z_up(scale * vertices, up)
-        return check_motion(vertices, dt, prescribed, grip)
+        return check_motion(vertices, own_dt if dt is None else dt, prescribed, grip)
 
 
 def _initial_properties(

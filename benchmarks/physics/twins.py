@@ -15,6 +15,7 @@ from typing import get_args
 
 import numpy as np
 from jaxtyping import Float64
+from scipy.interpolate import CubicSpline
 
 from benchmarks.campaign import Campaign, Workers
 from benchmarks.tables import Result, publish
@@ -29,7 +30,7 @@ from lariat.simulation.plants.mujoco_rope import MujocoRope
 
 NODE_COUNT = 81
 """Nodes of the plant."""
-MAX_TIMESTEP = 5e-4
+MAX_TIMESTEP = 1e-3
 """Longest time step of the plant [s]; longer ones would add to its internal damping."""
 LINEAR_DENSITY, DIAMETER = 0.05, 0.008
 """Linear density [kg/m] and diameter [m] of the rope."""
@@ -196,8 +197,8 @@ def _record(
         else:
             plant.step(*ends, dt)
         nodes = plant.nodes
-        index = np.linspace(0.0, 1.0, len(nodes))
-        points = np.stack([np.interp(marker_arcs, index, nodes[:, c]) for c in range(3)], axis=1)
+        # Markers on chords would make the rope shorter.
+        points = CubicSpline(np.linspace(0.0, 1.0, len(nodes)), nodes)(marker_arcs)
         if grip == "clamped":
             back = MARKER_DISTANCE * axes[k] * np.array([[-1.0], [1.0]])
             points = np.vstack([places[k, 0] + back[0], points, places[k, 1] + back[1]])

@@ -46,6 +46,12 @@ NODE_REFINEMENT = 4.0 / 3.0
 """Error of a rod, relative to what twice its nodes change: second order in the edge length [-]."""
 STEP_REFINEMENT = 4.0 / 3.0
 """Error of the steps, relative to what half their duration changes, if of second order [-]."""
+OTHER_FRAME_DURATIONS = (0.25, 0.5, 2.0, 4.0)
+"""Factors by which the time between frames may have been given wrongly [-]."""
+CLEAR_DIFFERENCE = 5.0
+"""Difference of costs above which one of two times is clearly the better one [-]."""
+NOISE_SAMPLES = 16
+"""Number of motions with other noise that show what noise changes in the fit."""
 STIFFNESS_GRID = np.logspace(-4.5, 0.5, 11)
 """Values of EI / (weight per length times length^3) in the grid search [-]."""
 
@@ -72,6 +78,10 @@ class Fit:
     """Kind of the held vertices."""
     other_grip: float
     """Probability that the held vertices are of the other kind [-]; see `Motion.grip`."""
+    frame_duration: float
+    """Time between frames that the motion fits [s]: its own, or one that fits clearly better."""
+    dt: float
+    """Time between frames that was told [s]."""
 
     @property
     def properties(self) -> RodProperties:
@@ -155,15 +165,19 @@ class _Search:
                 break
         return x, cost
 
-    def resolution_errors(
+    def common_errors(
         self, x: Float64[np.ndarray, "P"], windows: list[Window], found: Evidence
-    ) -> list[Float64[np.ndarray, "P"]]:
-        """Return what the nodes and the time steps of the rod change in the unknowns.
+    ) -> Float64[np.ndarray, "P P"]:
+        """Return the covariance of errors that all blocks share, so that their scatter hides them.
 
-        Richardson's extrapolation: the fit is moved, to first order, by what a finer rod predicts
-        otherwise.
+        All follow from what other predictions change in the fit, to first order. Nodes and time
+        steps: Richardson's extrapolation from a finer rod. Tangents at `measured` grips: those of
+        a polynomial of the next degree. Noise of grips, initial states and lengths: a parametric
+        bootstrap (Efron and Tibshirani, 1993) with the noise of the vertices.
         """
         twin, every = self.twin, np.ones(len(x), dtype=bool)
+        properties, length = self.material.properties(x), self.material.groups["length"]
+        scale = properties.length / twin.length
         predicted, jacobian = linearize(twin, self.material, x, windows, every)
         residuals = (twin.measured(windows) - predicted).reshape(-1, 3)
         rows = jacobian.reshape(-1, 3, len(x))
@@ -171,13 +185,43 @@ class _Search:
         def descent(of: Float64[np.ndarray, "m 3"]) -> Float64[np.ndarray, "P"]:
             return posterior.evidence(of, rows, self.noise, INDEPENDENT_SHARE).descent
 
-        errors = []
+        at_minimum = descent(residuals)
+
+        def error(change: Float64[np.ndarray, "B H k 3"]) -> Float64[np.ndarray, "P"]:
+            moved = descent(residuals + change.reshape(-1, 3)) - at_minimum
+            return np.linalg.solve(found.information, moved)
+
+        covariance = np.zeros_like(found.information)
         for nodes, substeps, factor in ((2, 1, NODE_REFINEMENT), (1, 2, STEP_REFINEMENT)):
             finer = twin.refined(nodes, substeps)
-            change = finer.predict(self.material.properties(x), windows) - predicted
-            moved = descent(residuals - change.reshape(-1, 3)) - descent(residuals)
-            errors.append(factor * np.linalg.solve(found.information, moved))
-        return errors
+            of_resolution = factor * error(predicted - finer.predict(properties, windows))
+            covariance += np.outer(of_resolution, of_resolution)
+        if "clamped" in twin.kinds and twin.motion.grip == "measured":
+            motions = (replace(m, tangent_vertices=5) for m in (twin.motion, twin.given))
+            other = twin.of_motion(*motions)
+            of_tangents = error(
+                predicted - other.predict(other.of_length(properties, scale), windows)
+            )
+            of_tangents[length] += math.log(other.length / twin.length)
+            covariance += np.outer(of_tangents, of_tangents)
+        random, noise = np.random.default_rng(0), twin.motion.noise()[:, None]
+        true = twin.given
+
+        def residuals_of(other: RodTwin) -> Float64[np.ndarray, "B H k 3"]:
+            rod = other.of_length(properties, scale)
+            return other.measured(windows) - other.predict(rod, windows)
+
+        without = twin.of_motion(true, true)
+        before = residuals_of(without)
+        for _ in range(NOISE_SAMPLES):
+            noisy = replace(
+                true, vertices=true.vertices + noise * random.normal(size=true.vertices.shape)
+            )
+            other = twin.of_motion(noisy, noisy.smoothed())
+            of_noise = error(residuals_of(other) - before)
+            of_noise[length] += math.log(other.length / without.length)
+            covariance += np.outer(of_noise, of_noise) / NOISE_SAMPLES
+        return covariance
 
     def other_grip(
         self, x: Float64[np.ndarray, "P"], windows: list[Window]
@@ -194,6 +238,22 @@ class _Search:
             for search in (self, replace(self, twin=self.twin.of_other_grip()))
         )
         return float(1.0 / (1.0 + np.exp(np.clip(other_cost - own_cost, -50.0, 50.0)))), other - own
+
+    def frame_duration(self, x: Float64[np.ndarray, "P"], windows: list[Window]) -> float:
+        """Return the time between frames that the motion fits clearly better [s], or its own.
+
+        Gravity and the rope's length set a pace, which a motion of wrong frames has not.
+        """
+        twin, every = self.twin, np.ones(len(x), dtype=bool)
+        costs = {}
+        for factor in (1.0, *OTHER_FRAME_DURATIONS):
+            dt = factor * twin.motion.dt
+            other = RodTwin(replace(twin.motion, dt=dt), replace(twin.given, dt=dt))
+            _, costs[dt] = replace(self, twin=other).descend(
+                x, windows, every, 4, lambda share: None
+            )
+        best = min(costs, key=lambda dt: costs[dt])
+        return best if costs[best] < costs[twin.motion.dt] - CLEAR_DIFFERENCE else twin.motion.dt
 
     def calibrate(self, x: Float64[np.ndarray, "P"], windows: list[Window]) -> None:
         """Set the noise to the mean error of the predictions."""
@@ -259,10 +319,10 @@ def identify(
     search.calibrate(x, long)
     blocks = search.evidences(x, long, every, _block_length(long, motion.dt))
     covariance = posterior.covariance(blocks, search.information, every)
-    for error in search.resolution_errors(x, long, sum(blocks, search.prior(x))):
-        # Every block errs in this way, so that their scatter does not show it.
-        covariance += np.outer(error, error)
-    other_grip, change = search.other_grip(x, short[:: math.ceil(len(short) / MAX_SEARCH_WINDOWS)])
+    covariance += search.common_errors(x, long, sum(blocks, search.prior(x)))
+    few = short[:: math.ceil(len(short) / MAX_SEARCH_WINDOWS)]
+    other_grip, change = search.other_grip(x, few)
+    frame_duration = search.frame_duration(x, few)
     covariance += other_grip * np.outer(change, change)
     report("done", 1.0)
     scale = float(np.exp(x[material.groups["length"]][0]))
@@ -276,6 +336,8 @@ def identify(
         frames * motion.dt,
         motion.grip,
         other_grip,
+        frame_duration,
+        motion.dt,
     )
 
 
@@ -309,7 +371,7 @@ def linearize(
     properties = material.properties(x)
     length = material.groups["length"].start
     others = free & (np.arange(len(x)) != length)
-    names, chain = material.parameter_jacobian(properties, others)
+    names, chain = material.parameter_jacobian(twin.in_series(properties), others)
     predicted, by_parameter = twin.linearize(properties, windows, names)
     jacobian = by_parameter @ chain
     if free[length]:

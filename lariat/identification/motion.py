@@ -50,6 +50,8 @@ class Motion:
     """Number of held vertices at the right end."""
     grip: Grip = "clamped"
     """Direction of the rope at its held vertices."""
+    tangent_vertices: int = 4
+    """Vertices at an end whose polynomial has the tangents of a `measured` grip."""
 
     @property
     def free(self) -> Bool[np.ndarray, "V"]:
@@ -73,20 +75,30 @@ class Motion:
 
     def smoothed(self) -> Motion:
         """Return the motion without the noise that differs from frame to frame."""
-        return replace(self, vertices=smoothed(self.vertices))
+        return replace(self, vertices=smoothed(self.vertices)[0])
 
-    def tangents(self, end: int) -> Float64[np.ndarray, "S T 3"]:
-        """Return unit vectors along the rope, from left to right, at an end (0 left, 1 right)."""
+    def noise(self) -> Float64[np.ndarray, "V"]:
+        """Return the standard deviation of that noise, for a coordinate of each vertex [m]."""
+        return smoothed(self.vertices)[1]
+
+    def tangents(self, end: int, outside: bool = False) -> Float64[np.ndarray, "S T 3"]:
+        """Return unit vectors along the rope, from left to right, at a held vertex.
+
+        Args:
+            end: End of the rope, 0 left and 1 right.
+            outside: Whether at the vertex outside of the innermost held one, not at that itself.
+        """
         inner = self.left - 1 if end == 0 else -self.right
-        if self.grip == "measured":
-            return self._measured_tangents(inner)
         outer = inner - 1 if end == 0 else inner + 1
+        if self.grip == "measured":
+            return self._measured_tangents(inner, outer if outside else inner)
         along = self.vertices[:, :, inner] - self.vertices[:, :, outer]
         return poses.normalized(along if end == 0 else -along)
 
-    def _measured_tangents(self, vertex: int) -> Float64[np.ndarray, "S T 3"]:
-        """Return unit tangents at a vertex, of the cubic through four vertices at that end."""
-        at = [vertex + k for k in ((-1, 0, 1, 2) if vertex >= 0 else (-2, -1, 0, 1))]
+    def _measured_tangents(self, inner: int, vertex: int) -> Float64[np.ndarray, "S T 3"]:
+        """Return unit tangents at a vertex, of the polynomial through those at that end."""
+        steps = np.arange(-1, self.tangent_vertices - 1)
+        at = (inner + (steps if inner >= 0 else -steps[::-1])).tolist()
         near = self.vertices[:, :, at]
         gaps = np.median(np.linalg.norm(np.diff(near, axis=2), axis=3), axis=(0, 1))
         arcs = np.concatenate([[0.0], np.cumsum(gaps)])

@@ -2,7 +2,9 @@
 
 A clamp or a pin lies on the innermost held vertex; a clamp has the direction of `Motion.tangents`.
 The roll of a clamp about the rope is not measured: its frame is transported in parallel along its
-axis from an upright first frame.
+axis from an upright first frame. Where the innermost held vertex is on the rope, the one outside of
+it is nearer to the gripper: the frame there is transported in time, and from there along the rope;
+and the torsion of the rope between the two acts in series with that of the rod.
 """
 
 from __future__ import annotations
@@ -75,6 +77,7 @@ class RodTwin:
         self.arcs: Float64[np.ndarray, "k"] = self._arc_lengths()
         """Arc length of the vertices that the rod spans, from the first of them [m]."""
         self.node_count = node_count or int(np.clip(2 * len(self.arcs), 20, 60))
+        self._twisting_share = self._share_that_twists()
         self.substeps = int(np.ceil(motion.dt / MAX_TIME_STEP))
         self._at_nodes = np.linspace(0.0, 1.0, self.node_count)
         self._weights = cubic_weights(
@@ -98,8 +101,13 @@ class RodTwin:
     def of_other_grip(self) -> RodTwin:
         """Return the twin whose held vertices are of the other kind."""
         grip: Grip = "measured" if self.motion.grip == "clamped" else "clamped"
-        motions = (replace(m, grip=grip) for m in (self.motion, self.given))
-        return RodTwin(*motions, self.node_count)
+        return self.of_motion(*(replace(m, grip=grip) for m in (self.motion, self.given)))
+
+    def of_motion(self, motion: Motion, given: Motion) -> RodTwin:
+        """Return the twin of another motion, with as many nodes and steps."""
+        other = RodTwin(motion, given, self.node_count)
+        other.substeps = self.substeps
+        return other
 
     def of_length(self, properties: RodProperties, scale: float) -> RodProperties:
         """Return a material with the length of this rope at a length scale [-]."""
@@ -117,10 +125,17 @@ class RodTwin:
             starts.append(frames - 1 - length)
         return [Window(s, f, length) for s in range(len(self.motion.vertices)) for f in starts]
 
+    def in_series(self, properties: RodProperties) -> RodProperties:
+        """Return a material whose rod twists as much as the rope from gripper to gripper."""
+        share = self._twisting_share
+        return properties.with_stiffness(
+            properties.bending_stiffness, share * properties.twisting_stiffness
+        )
+
     def rod(self, properties: RodProperties) -> Rod:
         """Return the rod of a material, held as the rope is."""
         return Rod(
-            properties,
+            self.in_series(properties),
             self.node_count,
             *self.kinds,
             tolerance=SOLVER_TOLERANCE,
@@ -223,12 +238,26 @@ class RodTwin:
         lengths = pieces.reshape(len(frames), count - 1, PIECES_PER_GAP).sum(axis=2)
         return np.concatenate([[0.0], np.cumsum(np.median(lengths, axis=0))])
 
+    def _share_that_twists(self) -> float:
+        """Return the length of the rod by that of the rope that twists between grippers [-]."""
+        if self.motion.grip == "clamped":
+            return 1.0
+        gaps = np.median(np.linalg.norm(np.diff(self.given.vertices, axis=2), axis=3), axis=(0, 1))
+        beyond = [
+            gaps[outer]
+            for kind, outer in zip(
+                self.kinds, (self.motion.left - 2, -self.motion.right + 1), strict=True
+            )
+            if kind == "clamped"
+        ]
+        return float(self.length / (self.length + sum(beyond)))
+
     def _grip_frames(self) -> tuple[Float64[np.ndarray, "S T 4"] | None, ...]:
         """Return the orientation of each clamp at every frame; None for other ends."""
         chain = poses.normalized(np.diff(self._vertices[:, 0], axis=1))
         clamped = self.kinds[0] == "clamped"
         tangents = self.given.tangents(0) if clamped else chain[:, None, 0]
-        left = parallel_transport(_upright(tangents[:, 0]), tangents)
+        left = self._transported(0, _upright(tangents[:, 0]), tangents)
         if self.kinds[1] != "clamped":
             return (left if clamped else None), None
         # The rope has no twist in the first frame, which gives the roll of the right clamp.
@@ -240,7 +269,18 @@ class RodTwin:
         first = poses.multiply(
             poses.rotation_between(poses.rotate(along, z), tangents[:, 0]), along
         )
-        return left, parallel_transport(first, tangents)
+        return left, self._transported(1, first, tangents)
+
+    def _transported(
+        self, end: int, first: Float64[np.ndarray, "S 4"], tangents: Float64[np.ndarray, "S T 3"]
+    ) -> Float64[np.ndarray, "S T 4"]:
+        """Return the orientations of a clamp, whose gripper does not roll, by its first ones."""
+        if self.motion.grip == "clamped" or self.kinds[end] != "clamped":
+            return parallel_transport(first, tangents)
+        outside = self.given.tangents(end, outside=True)
+        back = poses.rotation_between(tangents[:, 0], outside[:, 0])
+        frames = parallel_transport(poses.multiply(back, first), outside)
+        return poses.multiply(poses.rotation_between(outside, tangents), frames)
 
     def _grip_velocities(self) -> Float64[np.ndarray, "S T-1 2 6"]:
         """Return linear and angular velocities of both grips between frames [m/s, rad/s]."""

@@ -16,9 +16,16 @@ DEGREE = 3
 """Degree of the polynomials."""
 
 
-def smoothed(vertices: Float64[np.ndarray, "S T V 3"]) -> Float64[np.ndarray, "S T V 3"]:
-    """Return smoothed vertices, each vertex with a number of frames of its own [m]."""
+def smoothed(
+    vertices: Float64[np.ndarray, "S T V 3"],
+) -> tuple[Float64[np.ndarray, "S T V 3"], Float64[np.ndarray, "V"]]:
+    """Return smoothed vertices, each with a number of frames of its own, and their noise [m].
+
+    The noise is the standard deviation of a coordinate from frame to frame. A motion that is too
+    fast for its frames has more by this estimate than it has.
+    """
     best, least = vertices.copy(), np.full(vertices.shape[2], np.inf)
+    noise = np.zeros(vertices.shape[2])
     for half in HALF_WIDTHS:
         if 2 * half + 1 > vertices.shape[1]:
             break
@@ -27,7 +34,8 @@ def smoothed(vertices: Float64[np.ndarray, "S T V 3"]) -> Float64[np.ndarray, "S
         error = np.mean(left_out**2, axis=(0, 1, 3))
         better = error < least
         best[:, :, better], least[better] = fit[:, :, better], error[better]
-    return best
+        noise[better] = np.sqrt(error[better] * np.mean(1.0 - leverage))
+    return best, noise
 
 
 def _local_cubics(

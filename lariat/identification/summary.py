@@ -79,6 +79,11 @@ def undetermined(fit: Fit, density_known: bool = False) -> list[str]:
             "Grips: the motion fits held vertices of the other kind better; try --grip "
             f"{'measured' if fit.grip == 'clamped' else 'clamped'}."
         )
+    if fit.frame_duration != fit.dt:
+        sentences.append(
+            f"Frames: with {fit.frame_duration:.4g} s between them, not {fit.dt:.4g} s, the rope "
+            f"moves as gravity has it; try --dt {fit.frame_duration:.4g}."
+        )
     found = findings(fit)
     for group in dict.fromkeys(f.name.partition("[")[0] for f in found):
         members = [f for f in found if f.name.partition("[")[0] == group]

@@ -59,6 +59,13 @@ def test_vertices_on_the_rope_that_are_taken_for_a_gripper_are_noticed() -> None
     assert abs(right.value - STIFFNESS) < 0.5 * abs(wrong.value - STIFFNESS)
 
 
+def test_a_wrong_time_between_frames_is_told_by_gravity() -> None:
+    motion = recorded(sequences=1, frames=90, noise=NOISE)
+    assert "--dt" not in " ".join(undetermined(identify(motion)))
+    slow = identify(replace(motion, dt=2.0 * motion.dt))
+    assert f"try --dt {motion.dt:g}" in " ".join(undetermined(slow))
+
+
 def test_undetermined_properties_are_listed() -> None:
     fit = identify(recorded(sequences=1, frames=60, right="free", noise=NOISE))
     found = findings(fit)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 
-from lariat.identification import Motion, predict
+from lariat.geometry import poses
+from lariat.identification import Grip, Motion, check_motion, predict
 from lariat.identification.fit import generic_rope, linearize
 from lariat.identification.material import Material
 from lariat.identification.rod_twin import RodTwin
@@ -47,9 +49,23 @@ def test_mirrored_motion_has_the_mirrored_prediction() -> None:
     np.testing.assert_array_equal(there[:, :, ~motion.free], measured)
 
 
-def test_jacobian_matches_finite_differences(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_gripper_that_does_not_roll_turns_a_stiff_rope_as_it_turns_itself() -> None:
+    """The rope leaves it along z and bends away; the vertex of the rod is on the bend."""
+    along = np.linspace(0.0, 0.6, 8)
+    bent = np.stack([2.0 * along**2, along**3, along], axis=1)
+    turns = poses.exponential(0.02 * np.arange(12)[:, None, None] * [1.0, 0.0, 0.0])
+    vertices = poses.rotate(np.broadcast_to(turns, (12, 8, 4)), bent[None])
+    motion = check_motion(vertices[None], 0.01, [0, 1], "measured")
+    twin = RodTwin(motion)
+    _, actions = twin.inputs(generic_rope(), twin.windows(10))
+    np.testing.assert_allclose(actions[0, :, 0, 3:], np.tile([2.0, 0.0, 0.0], (10, 1)), atol=0.02)
+
+
+@pytest.mark.parametrize("grip", get_args(Grip))
+def test_jacobian_matches_finite_differences(grip: Grip, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lariat.identification.rod_twin.SOLVER_TOLERANCE", 1e-10)
-    twin = RodTwin(recorded(sequences=1, frames=40))
+    motion = recorded(sequences=1, frames=40, on_rope=grip == "measured")
+    twin = RodTwin(replace(motion, grip=grip))
     mean = replace(generic_rope(), length=twin.length).with_stiffness(
         STIFFNESS * generic_rope().linear_density
     )

@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from lariat.configuration import ConfigurationError
-from services.recorder.runs.run_folder import starred_recordings
+from services.recorder.runs.run_folder import recordings_of_runs
 
 log = logging.getLogger(__name__)
 
@@ -72,7 +72,7 @@ class Retention:
         total = sum(files.values())
         if total <= max_size:
             return []
-        starred = starred_recordings(self._folder)
+        starred = recordings_of_runs(self._folder, starred=True)
         surplus = []
         for path in sorted(files, key=_age_rank):
             if total <= max_size:

@@ -19,7 +19,7 @@ from services.recorder.view.cell_view import WRITES, CellView
 from shared import topics
 from shared.arm_rest import stands
 from shared.door import Door
-from shared.messages import ArmStates, RecordState, RunResult, TaskState
+from shared.messages import ArmStates, RecordState, validation
 from shared.runtime.service import Inbox, Publication
 from shared.topics import Topic
 
@@ -111,11 +111,11 @@ class RecorderService:
     def _follow(self, message: EncodedMessage) -> None:
         """Follow runs and the motion of the arms."""
         if message.key == topics.TASK_STATE.key:
-            task = TaskState.FromString(message.payload)
+            task = validation.decode(topics.TASK_STATE, message.payload)
             self._files.take_task(task, message.received)
             self._runs.take_task(task)
         elif message.key == topics.RUN_RESULT.key:
-            self._runs.take_result(RunResult.FromString(message.payload))
+            self._runs.take_result(validation.decode(topics.RUN_RESULT, message.payload))
         elif message.key == topics.ARM_STATE.key and _is_moving(message.payload):
             self._files.take_motion(message.received)
 

@@ -38,6 +38,8 @@ SHAPE_PERIOD = SECOND // 15
 """Least time between two shapes of a motion [ns]."""
 MAX_COORDINATES = 150_000
 """Most coordinates of a motion, beyond which shapes are left out [-]."""
+MAX_WAITING = 16
+"""Most readings that wait: who asks without end must not delay others for hours [-]."""
 MAX_MARKS = 100
 """Most marks of a run [-]."""
 AFTER_RUN = 2 * SECOND
@@ -60,8 +62,10 @@ class RecordedRun:
         """Begin to read the motion of a run.
 
         Raises:
-            RunRefused: Its recording is gone.
+            RunRefused: Its recording is gone, or too many wait.
         """
+        if len(self._waiting) >= MAX_WAITING:
+            raise RunRefused(f"{MAX_WAITING} runs wait to be read; try again when one is shown")
         files = self.files(run)
         self._waiting.append(self._thread.submit(self._readable_motion, run, files))
 

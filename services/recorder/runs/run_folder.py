@@ -12,8 +12,9 @@ from google.protobuf.json_format import MessageToJson, Parse
 from lariat.files.bounded_file import path_inside, read_file
 from lariat.trajectory import SECOND
 from services.recorder.private_folder import make_folder
+from shared import topics
 from shared.door import Door
-from shared.messages import RunFile, RunSummary
+from shared.messages import RunFile, RunList, RunSummary, validation
 
 FOLDER = "runs"
 """Name of the folder inside that of the recordings."""
@@ -21,6 +22,8 @@ MAX_RUNS = 300
 """Largest number of runs that are listed, newest first [-]."""
 MAX_FILE_SIZE = 2**20
 """Largest size of a run's file [bytes]."""
+MAX_SUMMARY_SIZE = 2**13
+"""Largest size of a run in the list [bytes]: the whole list is one message."""
 MAX_NOTE_LENGTH = 200
 """Largest length of a note [characters]."""
 
@@ -73,6 +76,7 @@ class RunFolder:
                 run = Parse(read_file(path, MAX_FILE_SIZE), RunFile(), ignore_unknown_fields=True)
                 if run.summary.id != path.stem:
                     raise ValueError(f"it holds the run {run.summary.id[:100]!r}")
+                _check(run)
                 self._runs.setdefault(run.summary.id, run)
                 self.revision += 1
         self._forget_oldest()
@@ -119,10 +123,10 @@ class RunFolder:
         summary = self.named(id).summary
         if not summary.over or open_file in summary.files:
             raise RunRefused(f"{id} is being recorded; wait until its file is closed")
-        others = [run.summary for run in self._runs.values() if run.summary.id != id]
-        shared = {name for other in others for name in other.files}
-        for name in set(summary.files) - shared:
-            path_inside(self._recordings, name).unlink(missing_ok=True)
+        for name in set(summary.files) - recordings_of_runs(self._recordings, besides=id):
+            # A run's file is somebody's word: it may name anything.
+            if name == Path(name).name and name.endswith(".mcap"):
+                (self._recordings / name).unlink(missing_ok=True)
         (self._folder / f"{id}.json").unlink(missing_ok=True)
         del self._runs[id]
         self.revision += 1
@@ -158,11 +162,30 @@ class RunFolder:
         self.revision += 1
 
 
-def starred_recordings(recordings: Path) -> set[str]:
-    """Return the names of the recordings of all runs with a star, listed or not."""
+def recordings_of_runs(recordings: Path, besides: str = "", starred: bool = False) -> set[str]:
+    """Return the names of the recordings of runs, listed or not.
+
+    Args:
+        recordings: Folder of the recordings.
+        besides: Id of a run that does not count.
+        starred: Whether only runs with a star count.
+    """
     names: set[str] = set()
     for path in (recordings / FOLDER).glob("*.json"):
-        with suppress(OSError, ValueError, TypeError, KeyError, RecursionError):
+        with suppress(OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
             summary = json.loads(read_file(path, MAX_FILE_SIZE))["summary"]
-            names |= set(summary["files"]) if summary["star"] else set()
+            if path.stem != besides and (summary.get("star") or not starred):
+                names |= set(summary["files"])
     return names
+
+
+def _check(run: RunFile) -> None:
+    """Check what a file holds as its readers on the bus check it: one run must not spoil the list.
+
+    Raises:
+        ValueError: They would refuse it.
+    """
+    if (size := run.summary.ByteSize()) > MAX_SUMMARY_SIZE:
+        raise ValueError(f"its summary has {size} bytes, more than {MAX_SUMMARY_SIZE}")
+    validation.decode(topics.RUN_LIST, RunList(runs=[run.summary]).SerializeToString())
+    validation.decode(topics.RUN_CURVES, run.curves.SerializeToString())

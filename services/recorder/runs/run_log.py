@@ -6,6 +6,7 @@ import math
 import re
 from datetime import UTC, datetime
 
+from lariat.configuration import MAX_REASON_LENGTH
 from lariat.scenario import Scenario
 from lariat.trajectory import SECOND
 from shared.history import History
@@ -23,6 +24,8 @@ from shared.version import version
 
 MAX_ROWS = 600
 """Largest number of rows of a run's curves [-]."""
+MAX_NAME_LENGTH = 200
+"""Length after which a run's name is cut [characters]."""
 MAX_WORD_LENGTH = 60
 """Largest length of a scenario's or a run's name in the id of a run [characters]."""
 
@@ -48,9 +51,10 @@ class RunLog:
     def take_task(self, task: TaskState) -> RunFile | None:
         """Take a state of the task."""
         final, known = None, self._summary
-        if task.run and (known.run, known.started) != (task.run, task.run_started):
+        name = task.run[:MAX_NAME_LENGTH]
+        if name and (known.run, known.started) != (name, task.run_started):
             final = self.present if known.over else None
-            self._begin(task)
+            self._begin(name, task.run_started)
         self._state = task.state
         if task.run and task.state in (RUNNING, PAUSED):
             clearance = task.clearance if math.isfinite(task.clearance) else -1.0
@@ -61,14 +65,14 @@ class RunLog:
     def take_result(self, result: RunResult) -> bool:
         """Take a result of the run."""
         summary = self._summary
-        if not summary.id or result.run != summary.run:
+        if not summary.id or result.run[:MAX_NAME_LENGTH] != summary.run:
             return False
         ended = self._state not in (RUNNING, PAUSED) and not summary.over
         summary.over |= ended
         summary.duration, summary.reached = result.duration, result.reached
         summary.error, summary.max_node_error = result.error, result.max_node_error
         summary.min_clearance, summary.replans = result.min_clearance, result.replans
-        summary.reason = result.reason
+        summary.reason = result.reason[:MAX_REASON_LENGTH]
         return ended
 
     def take_file(self, name: str) -> None:
@@ -78,21 +82,21 @@ class RunLog:
 
     def take_late_file(self, run: str, name: str) -> bool:
         """Take the name of the recording of a run that was over before the file was open."""
-        missing = self._summary.run == run and not self._summary.files
+        missing = self._summary.run == run[:MAX_NAME_LENGTH] and not self._summary.files
         if missing:
             self._summary.files.append(name)
         return missing
 
-    def _begin(self, task: TaskState) -> None:
+    def _begin(self, name: str, started: int) -> None:
         self._history.clear()
-        at = datetime.fromtimestamp(task.run_started / SECOND, UTC)
-        words = (self._scenario.name, task.run)
+        at = datetime.fromtimestamp(started / SECOND, UTC)
+        words = (self._scenario.name, name)
         names = [re.sub(r"[^A-Za-z0-9.-]+", "-", word)[:MAX_WORD_LENGTH] for word in words]
         self._summary = RunSummary(
             id="_".join((f"{at:%Y-%m-%d_%H-%M-%S}", *names)),
             scenario=self._scenario.name,
-            run=task.run,
-            started=task.run_started,
+            run=name,
+            started=started,
             min_clearance=math.inf,
             method=self._scenario.control.method,
             version=version(),

@@ -443,6 +443,17 @@ def test_a_run_is_in_the_file_before_the_images_of_its_pre_roll(tmp_path: Path):
     assert nodes == list(range(120))
 
 
+def test_messages_that_no_reader_takes_begin_no_run(tmp_path: Path):
+    cell = Cell(tmp_path)
+    cell.live(1.0)
+    cell.hear(topics.TASK_STATE, TaskState(state=RUNNING, run="r" * 5000))
+    cell.hear(topics.TASK_STATE, TaskState(state=RUNNING, run="r", run_started=-(2**63)))
+    cell.live(1.0)
+    assert cell.states()[-1].run == ""
+    cell.recorder.close()
+    assert not runs_of(tmp_path)
+
+
 def test_receipts_out_of_order_are_put_in_order(tmp_path: Path):
     cell = Cell(tmp_path)
     cell.live(1.0, RUNNING, "run-1")

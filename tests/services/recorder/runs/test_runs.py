@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,9 @@ import pytest
 
 from lariat.scenario import load
 from lariat.trajectory import SECOND
+from services.recorder.runs import run_folder
 from services.recorder.runs.runs import Runs
+from shared import topics
 from shared.door import Door
 from shared.messages import (
     IDLE,
@@ -22,6 +26,7 @@ from shared.messages import (
     RunListRequest,
     RunResult,
     TaskState,
+    validation,
 )
 
 SCENARIO = load(Path(__file__).parents[4] / "scenarios" / "three-cylinders.toml")
@@ -193,3 +198,76 @@ def test_file_that_nests_without_end_is_left_out(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path)
     assert list(recorder.listed().runs) == []
     assert recorder.run("first", 1.0)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"note": "n" * 5000},
+        {"reason": "r" * 9000},
+        {"files": ["f.mcap"] * 5000},
+        {"error": "NaN", "version": "v" * 5000},
+    ],
+)
+def test_one_file_does_not_spoil_the_list_of_runs(tmp_path: Path, changes: dict) -> None:
+    recorder = Recorder(tmp_path)
+    id = recorder.run("run-1", 0.0)
+    run = json.loads((tmp_path / "runs" / f"{id}.json").read_text())
+    run["summary"] |= {"id": "evil", **changes}
+    (tmp_path / "runs" / "evil.json").write_text(json.dumps(run))
+    listed = Recorder(tmp_path).listed()
+    assert [run.id for run in listed.runs] == [id]
+    validation.decode(topics.RUN_LIST, listed.SerializeToString())
+
+
+def test_runs_of_any_names_and_reasons_are_a_list_that_everybody_takes(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path)
+    for k in range(250):
+        started = START + k * SECOND
+        task = TaskState(run=f"{k}" + "\U0001f980" * 4000, run_started=started, stamp=started)
+        for state in (RUNNING, REACHED):
+            task.state = state
+            recorder.runs.take_task(task)
+        result = RunResult(run=task.run, reached=True, reason="\U0001f980" * 4096)
+        recorder.runs.take_result(result)
+    listed = recorder.listed()
+    assert len(listed.runs) == 250
+    validation.decode(topics.RUN_LIST, listed.SerializeToString())
+    assert len(Recorder(tmp_path).listed().runs) == 250
+
+
+def test_deleting_a_run_deletes_recordings_of_that_run_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder = Recorder(tmp_path)
+    old = recorder.run("old", 0.0)
+    id = recorder.run("evil", 60.0)
+    (tmp_path / "goals").mkdir()
+    kept = [tmp_path / "goals" / "mine.json", tmp_path / "thesis.pdf", tmp_path / "old.mcap"]
+    kept += [tmp_path / "runs" / f"{old}.json"]
+    for path in kept[:2]:
+        path.write_text("mine")
+    path = tmp_path / "runs" / f"{id}.json"
+    run = json.loads(path.read_text())
+    run["summary"]["files"] += [str(p.relative_to(tmp_path)) for p in kept]
+    path.write_text(json.dumps(run))
+    # The older run is not listed any more.
+    monkeypatch.setattr(run_folder, "MAX_RUNS", 1)
+    again = Recorder(tmp_path)
+    request = RunListRequest(id="a", action=RunListRequest.DELETE, runs=[id])
+    assert again.listed(request).refusal == ""
+    assert all(path.exists() for path in kept)
+    assert not (tmp_path / "evil.mcap").exists()
+
+
+def test_many_requests_for_a_motion_do_not_queue_for_hours(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path)
+    id = recorder.run("run-1", 0.0)
+    busy = Event()
+    recorder.runs._recorded._thread.submit(busy.wait, 20.0)
+    request = RunListRequest(id="a", action=RunListRequest.SEND_MOTION, runs=[id])
+    refusals = [recorder.listed(request).refusal for _ in range(20)]
+    busy.set()
+    assert refusals[0] == ""
+    assert refusals[-1] == "16 runs wait to be read; try again when one is shown"
+    recorder.runs.close()

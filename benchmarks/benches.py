@@ -42,6 +42,7 @@ BENCHES: dict[str, Bench] = {
     "faults fuzz": Bench(
         "benchmarks.faults.fuzz.bench", "hostile messages and files for every process"
     ),
+    "faults holds": Bench("benchmarks.faults.holds", "HOLD of a page that others attack"),
     "faults chunks": Bench("benchmarks.faults.chunks", "the gateway's tick with longest chunks"),
     "faults network": Bench(
         "benchmarks.faults.network", "runs while messages are lost or late, or clocks differ"

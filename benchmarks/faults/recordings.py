@@ -61,7 +61,7 @@ class RecordingEnd:
 def run(
     cases: tuple[str, ...] = CASES,
     scenario: Path = DEFAULT_SCENARIO,
-    seconds: float = 4.0,
+    seconds: float = 2.0,
     loops: int = 2,
     json: bool = False,
 ) -> int:

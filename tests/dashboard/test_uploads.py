@@ -2,12 +2,12 @@ from __future__ import annotations
 
 import json
 import threading
-import time
 from collections.abc import Callable, Iterator
 
 import pytest
 from viser import UploadedFile
 
+from benchmarks.faults.holds import WORST_FILES
 from dashboard.action_queue import ActionQueue
 from dashboard.controls.hold_path import HoldPath
 from dashboard.controls.stop_bar import StopBar
@@ -69,32 +69,20 @@ def test_file_that_cannot_be_read_is_refused_with_the_reason(page: Page) -> None
     assert page.values == []
 
 
-WORST = (
-    "a=[" + "1," * (MAX_FILE_SIZE // 2 - 8) + "]",
-    "a=[" + "{b=1}," * (MAX_FILE_SIZE // 6 - 8) + "]",
-    "a=[" + f"{'[' * 30}{']' * 30}," * (MAX_FILE_SIZE // 61 - 8) + "]",
-    'a="""' + "x" * (MAX_FILE_SIZE - 16) + '"""',
-    "[[a]]\n" * (MAX_FILE_SIZE // 6 - 8),
-)
-"""Files of the largest size that take the parser longest, in whole or in one call."""
-
-
 def test_hold_is_confirmed_while_the_worst_files_are_read(page: Page) -> None:
     path = HoldPath("dashboard-ab")
     path.connect(lambda command: path.take(ArmStates(last_command=command.id)))
     site = Site(DashboardOptions(port=free_port()), "test", StopBar(Outbox("dashboard-ab"), path))
     try:
         with Visitor(site.address).enter().open_socket("/cell") as socket:
-            for text in 2 * WORST:
+            for text in 2 * WORST_FILES:
                 page.take(text.encode(), lambda content: len(parse_toml(content.decode())))
-            waits = []
-            while len(page.values) < 2 * len(WORST):
+            holds = 0
+            while len(page.values) < 2 * len(WORST_FILES):
                 page.actions.run()
-                began = time.monotonic()
                 socket.send('{"type": "hold", "number": 1}')
                 assert json.loads(socket.recv(5.0))["answer"]["confirmed"]
-                waits.append(time.monotonic() - began)
+                holds += 1
     finally:
         site.close()
-    assert len(waits) > 5, "no hold was pressed while a file was read"
-    assert sorted(waits)[-1 - len(waits) // 20] < 0.15
+    assert holds > 5, "no hold was pressed while a file was read"

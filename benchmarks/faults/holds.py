@@ -1,0 +1,265 @@
+"""HOLD of a page that is attacked, from press to confirmed: `lariat bench faults holds`."""
+
+from __future__ import annotations
+
+import asyncio
+import json as encoder
+import os
+import subprocess
+import sys
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import aiohttp
+import msgspec
+import numpy as np
+import zstandard
+
+from benchmarks.faults.attack import NoControl
+from benchmarks.live_stack import LiveStack
+from benchmarks.speed.pages import CAMERA, PROTOCOL
+from benchmarks.tables import report
+from dashboard.uploads import MAX_FILE_SIZE
+from dashboard.web.browser_messages import FileTransferPart, FileTransferStartUpload
+from lariat.configuration import ConfigurationError
+from lariat.scenario.shipped import find
+
+DEFAULT_SCENARIO = Path("three-cylinders")
+"""Scenario of the stack."""
+PRESS_PERIOD = 0.05
+"""Time between the answer to a hold and the next press [s]."""
+ANSWER_TIMEOUT = 5.0
+"""Longest wait for an answer to a hold [s]."""
+LIMIT = 0.15
+"""Time within which 99 % of all holds must be confirmed [s]."""
+WORST_FILES = (
+    "a=[" + "1," * (MAX_FILE_SIZE // 2 - 8) + "]",
+    "a=[" + "{b=1}," * (MAX_FILE_SIZE // 6 - 8) + "]",
+    "a=[" + f"{'[' * 30}{']' * 30}," * (MAX_FILE_SIZE // 61 - 8) + "]",
+    'a="""' + "x" * (MAX_FILE_SIZE - 16) + '"""',
+    "[[a]]\n" * (MAX_FILE_SIZE // 6 - 8),
+)
+"""Files of the largest size that take the parser longest, in whole or in one call."""
+UPLOADS = 10
+"""Number of files at once."""
+CROWD = """
+import os, resource, socket, sys
+port, count = map(int, sys.argv[1:])
+resource.setrlimit(resource.RLIMIT_NOFILE, 2 * (resource.getrlimit(resource.RLIMIT_NOFILE)[1],))
+if not os.geteuid():
+    os.setgroups([]), os.setgid(65534), os.setuid(65534)
+while True:
+    crowd = []
+    for k in range(count):
+        crowd.append(socket.socket())
+        crowd[-1].connect(("127.0.0.1", port))
+        if k % 2:
+            crowd[-1].send(b"GET / HTTP/1.1\\r\\nHost: ")
+        print(1, flush=True)
+"""
+"""Program of another user that opens connections again and again, half of them with half a
+request, and prints a 1 for each."""
+CONNECTIONS = 5000
+"""Number of connections of another user."""
+
+
+@dataclass(frozen=True)
+class Holds:
+    """Holds of one page during an attack."""
+
+    case: str
+    """Name in `CASES`."""
+    attacks: int
+    """Files that were answered, or connections that were opened, meanwhile."""
+    holds: int
+    """Number of presses."""
+    unconfirmed: int
+    """Number of those that the gateway did not confirm."""
+    p50_ms: float
+    """Median time from press to confirmed [ms]."""
+    p99_ms: float
+    """99th percentile of that time [ms]."""
+    ok: bool
+    """Whether all were confirmed, 99 % of them within `LIMIT`."""
+
+
+class Page:
+    """Page that was opened with the printed address."""
+
+    def __init__(self, session: aiohttp.ClientSession, address: str) -> None:
+        self._session, self._address = session, address
+        self.port = urlsplit(address).port or 80
+        self.buttons: list[str] = []
+        """Buttons that take a file."""
+        self.notes = 0
+        """Number of notifications so far."""
+
+    async def open(self) -> None:
+        """Open the page, and read what it shows until the session ends.
+
+        Raises:
+            NoControl: It has no button that takes a file.
+        """
+        origin = f"http://{urlsplit(self._address).netloc}"
+        async with self._session.get(self._address) as answer:
+            entrance = await answer.text()
+            cookie = answer.headers["Set-Cookie"].partition(";")[0]
+        page = origin + entrance.partition("url=")[2].partition('"')[0].rstrip("/")
+        headers = {"Cookie": cookie, "Origin": origin}
+        connect = self._session.ws_connect
+        self._bar = await connect(f"{page}/cell", headers=headers)
+        self._viser = await connect(page, protocols=(PROTOCOL,), headers=headers, max_msg_size=0)
+        await self.send(CAMERA)
+        self._reading = asyncio.create_task(self._read())
+        deadline = time.monotonic() + ANSWER_TIMEOUT
+        while not self.buttons:
+            if time.monotonic() > deadline:
+                raise NoControl("the page shows no button that takes a file")
+            await asyncio.sleep(PRESS_PERIOD)
+
+    async def _read(self) -> None:
+        async for frame in self._viser:
+            size = int.from_bytes(frame.data[8:16], "little")
+            content = zstandard.decompress(frame.data[16 : 16 + size])
+            for message in msgspec.msgpack.decode(content)["messages"]:
+                if message["type"] == "GuiUploadButtonMessage":
+                    self.buttons.append(message["uuid"])
+                self.notes += message["type"] == "NotificationShowMessage"
+
+    async def send(self, message: msgspec.Struct) -> None:
+        """Send what viser's side of a page sends."""
+        await self._viser.send_bytes(msgspec.msgpack.encode(message))
+
+    async def hold(self, number: int) -> tuple[float, bool]:
+        """Press HOLD; return the time until its answer [s], and whether it is confirmed."""
+        begun = time.monotonic()
+        await self._bar.send_str(encoder.dumps({"type": "hold", "number": number}))
+        while True:
+            answer = encoder.loads(await self._bar.receive_str(timeout=ANSWER_TIMEOUT))
+            if answer.get("hold") == number:
+                return time.monotonic() - begun, answer["answer"]["confirmed"]
+            await self._bar.send_str('{"type": "seen"}')
+
+
+Count = Callable[[], int]
+"""Number of attacks that have arrived."""
+
+
+@asynccontextmanager
+async def _none(page: Page) -> AsyncIterator[Count]:
+    yield lambda: 1
+
+
+@asynccontextmanager
+async def _uploads(page: Page) -> AsyncIterator[Count]:
+    """Upload the worst files at once, and again as soon as all have been refused."""
+    before = page.notes
+
+    async def upload() -> None:
+        sent = 0
+        while True:
+            for k in range(UPLOADS):
+                content = WORST_FILES[k % len(WORST_FILES)].encode()
+                ids = {
+                    "source_component_uuid": page.buttons[k % len(page.buttons)],
+                    "transfer_uuid": f"{sent}-{k}",
+                }
+                more = {"mime_type": "", "part_count": 1, "size_bytes": len(content)}
+                await page.send(FileTransferStartUpload(**ids, filename="worst.toml", **more))
+                await page.send(FileTransferPart(**ids, part_index=0, content=content))
+            sent += UPLOADS
+            while page.notes - before < sent:
+                await asyncio.sleep(PRESS_PERIOD)
+
+    uploading = asyncio.create_task(upload())
+    try:
+        yield lambda: page.notes - before
+    finally:
+        uploading.cancel()
+
+
+@asynccontextmanager
+async def _crowd(page: Page) -> AsyncIterator[Count]:
+    """Open connections as another user."""
+    command = [sys.executable, "-S", "-c", CROWD, str(page.port), str(CONNECTIONS)]
+    crowd = subprocess.Popen(command, stdout=subprocess.PIPE)
+    assert crowd.stdout is not None
+    os.set_blocking(crowd.stdout.fileno(), False)
+    opened = 0
+
+    def count() -> int:
+        nonlocal opened
+        assert crowd.stdout is not None
+        opened += sum(map(int, (crowd.stdout.read() or b"").split()))
+        return opened
+
+    try:
+        yield count
+    finally:
+        crowd.kill()
+        crowd.wait()
+
+
+CASES: dict[str, Callable[[Page], AbstractAsyncContextManager[Count]]] = {
+    "idle": _none,
+    "ten of the worst files at once": _uploads,
+    "5,000 connections of another user": _crowd,
+}
+"""Attacks during which HOLD is pressed, by name."""
+
+
+def run(
+    cases: tuple[str, ...] = tuple(CASES),
+    scenario: Path = DEFAULT_SCENARIO,
+    seconds: float = 20.0,
+    json: bool = False,
+) -> int:
+    """Press HOLD again and again on the page of a live stack while others attack it.
+
+    Args:
+        cases: Names of the cases, as in the first column.
+        scenario: A scenario's TOML file, or the short name of a shipped one.
+        seconds: Duration of each case [s].
+        json: Print one JSON object instead of a table.
+
+    Returns:
+        0 when every hold was confirmed, 99 % of each case within 150 ms, 1 otherwise.
+    """
+    for name in cases:
+        if name not in CASES:
+            raise ConfigurationError(f"no case {name!r}; expected one of {', '.join(CASES)}")
+    with LiveStack(find(scenario)) as stack:
+        results = asyncio.run(_press_all(stack.address, cases, seconds))
+    report(results, f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}", json=json)
+    return 0 if results and all(each.ok for each in results) else 1
+
+
+async def _press_all(address: str, cases: tuple[str, ...], seconds: float) -> list[Holds]:
+    # One page, which has the controls: others may not upload.
+    async with aiohttp.ClientSession() as session:
+        page = Page(session, address)
+        await page.open()
+        return [await _press(page, case, seconds) for case in cases]
+
+
+async def _press(page: Page, case: str, seconds: float) -> Holds:
+    """Press HOLD during an attack, at least until some of it has arrived."""
+    waits, confirmed, attacks = [], 0, 0
+    async with CASES[case](page) as count:
+        end = time.monotonic() + seconds
+        while time.monotonic() < end or not attacks:
+            if time.monotonic() > end + 2 * seconds:
+                raise NoControl(f"{case}: nothing of it arrives")
+            wait, answer = await page.hold(len(waits))
+            waits.append(1e3 * wait)
+            confirmed += answer
+            attacks = count()
+            await asyncio.sleep(PRESS_PERIOD)
+    p50, p99 = np.percentile(waits, [50, 99])
+    unconfirmed = len(waits) - confirmed
+    ok = not unconfirmed and bool(p99 <= 1e3 * LIMIT)
+    return Holds(case, attacks, len(waits), unconfirmed, round(p50, 1), round(p99, 1), ok)

@@ -1,0 +1,23 @@
+"""HOLD on the page of a live stack while others attack the page."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from benchmarks.faults import holds
+
+pytestmark = pytest.mark.live
+
+
+def test_every_hold_is_confirmed_while_each_attack_arrives(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    holds.run(seconds=2.0, json=True)
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert [row["case"] for row in rows] == list(holds.CASES)
+    for row in rows:
+        assert row["attacks"] > 0
+        assert row["holds"] > 0
+        assert row["unconfirmed"] == 0

@@ -14,7 +14,7 @@ from jaxtyping import Float32, Float64, UInt8
 
 from benchmarks.perception.pictures import grounds
 from benchmarks.perception.pictures.renderer import Cable, Lighting, as_photograph, paint_cables
-from lariat.perception.centerline.segmentation import Color
+from lariat.perception.lines.segmentation import Color
 
 PICTURE_SIZE = (640, 480)
 """Width and height of a rendered picture [pixels]."""

@@ -31,7 +31,7 @@ from benchmarks.perception.pictures.renderer import (
     as_photograph,
     paint_cables,
 )
-from lariat.perception.centerline.segmentation import Color
+from lariat.perception.lines.segmentation import Color
 
 Ground = Literal["plain", "clutter", "real"]
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float32
 
-from lariat.perception.centerline.segmentation import Color
+from lariat.perception.lines.segmentation import Color
 
 WOOD_PERIOD = 14.0
 """Distance of the rings in wood [pixels]."""

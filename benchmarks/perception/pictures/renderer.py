@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float32, Float64, UInt8
 
 from lariat.geometry import polylines
-from lariat.perception.centerline.segmentation import Color
+from lariat.perception.lines.segmentation import Color
 
 SUPERSAMPLING = 2
 """Samples of the painted picture in each direction of a pixel."""

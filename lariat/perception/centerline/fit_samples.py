@@ -12,8 +12,8 @@ from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
 from lariat.perception.centerline.estimate import OtherLine, RopeDimensions, ShapePrior
 from lariat.perception.centerline.observation import Observation
-from lariat.perception.centerline.ridge import sample_depth
 from lariat.perception.centerline.settings import CenterlineSettings
+from lariat.perception.lines.ridge import sample_depth
 
 FLANK_MARGIN = 1.5
 """Distance from the rope's flanks within which a pixel may show the background [pixels]."""

@@ -12,15 +12,15 @@ from jaxtyping import Float32, Float64, UInt8, UInt16
 from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera, Picture
 from lariat.perception.centerline.estimate import RopeDimensions
-from lariat.perception.centerline.ridge import Ridge, axis_points, extract_ridge
-from lariat.perception.centerline.segmentation import (
+from lariat.perception.centerline.settings import CenterlineSettings
+from lariat.perception.lines.ridge import Ridge, axis_points, extract_ridge
+from lariat.perception.lines.segmentation import (
     ColorLikeness,
     Region,
     brightness,
     segment_rope,
 )
-from lariat.perception.centerline.settings import CenterlineSettings
-from lariat.perception.centerline.skeleton import trace_strands
+from lariat.perception.lines.skeleton import trace_strands
 
 LIKENESS_DEPTH_STRIDE = 8
 """Stride of the depth pixels from which the rope's share of the image is estimated [pixels]."""

@@ -11,8 +11,8 @@ from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera
 from lariat.perception.centerline.estimate import OtherLine
 from lariat.perception.centerline.foreign_strands import BesideStrand
-from lariat.perception.image.fragments import EndPose, FragmentEnd
-from lariat.perception.image.pairing import FREE_END_COST, bending, cheapest_pairing
+from lariat.perception.lines.fragments import EndPose, FragmentEnd
+from lariat.perception.lines.pairing import FREE_END_COST, bending, cheapest_pairing
 
 MAX_GAP_WIDTHS = 10.0
 """Length of a gap up to which it is bridged [rope widths]."""

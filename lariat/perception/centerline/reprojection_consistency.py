@@ -16,7 +16,7 @@ from jaxtyping import Float64
 from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera
 from lariat.perception.centerline.observation import Observation
-from lariat.perception.centerline.ridge import sample_depth
+from lariat.perception.lines.ridge import sample_depth
 
 SEE_THROUGH_DEPTH = 0.02
 """Distance behind the chain beyond which a measured depth contradicts it [m]."""

@@ -10,9 +10,9 @@ import numpy as np
 from jaxtyping import Bool, Float64, UInt8
 
 from lariat.geometry import polylines
-from lariat.perception.image.fragments import EndPose, Fragment, FragmentEnd, end_pose
 from lariat.perception.image.gaps import bridging_cubic, gap_pairs
-from lariat.perception.image.pairing import EndCost, bending, cheapest_pairing, color_cost
+from lariat.perception.lines.fragments import EndPose, Fragment, FragmentEnd, end_pose
+from lariat.perception.lines.pairing import EndCost, bending, cheapest_pairing, color_cost
 
 SHARED_COST = 0.1
 """Cost of a fragment that two ropes share, because they lie on each other [-]."""

@@ -13,15 +13,11 @@ import cv2
 import numpy as np
 from jaxtyping import Float32, Float64, UInt8
 
-from lariat.perception.centerline.ridge import Ridge, extract_ridge
-from lariat.perception.centerline.segmentation import Color, Region
-from lariat.perception.centerline.skeleton import Strand
 from lariat.perception.image.assembly import AssembledRope, assemble
 from lariat.perception.image.color_model import color_distance
 from lariat.perception.image.contrast import could_be_shadow
 from lariat.perception.image.flanks import center_between_flanks
 from lariat.perception.image.foreground import Foreground, find_foregrounds
-from lariat.perception.image.fragments import cut_fragments
 from lariat.perception.image.layers import Crossing, RopeBand, layer_ropes
 from lariat.perception.image.p_wrong import (
     DOUBTFUL,
@@ -33,6 +29,10 @@ from lariat.perception.image.p_wrong import (
     reported,
 )
 from lariat.perception.image.width import width_from_radii
+from lariat.perception.lines.fragments import cut_fragments
+from lariat.perception.lines.ridge import Ridge, extract_ridge
+from lariat.perception.lines.segmentation import Color, Region
+from lariat.perception.lines.skeleton import Strand
 
 MIN_IMAGE_SIDE = 48
 """Least shorter side of an image [pixels]."""

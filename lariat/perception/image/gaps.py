@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from lariat.perception.image.fragments import EndPose, FragmentEnd
-from lariat.perception.image.pairing import FREE_END_COST, EndCost
+from lariat.perception.lines.fragments import EndPose, FragmentEnd
+from lariat.perception.lines.pairing import FREE_END_COST, EndCost
 
 MAX_GAP_WIDTHS = 5.0
 """Length of background up to which a gap in a rope is bridged [rope widths]."""

@@ -13,7 +13,7 @@ from jaxtyping import Float64, UInt8
 
 from lariat.geometry.cameras import Picture
 from lariat.geometry.markers import MARKER_DICTIONARY
-from lariat.perception.centerline.segmentation import brightness
+from lariat.perception.lines.segmentation import brightness
 
 ARUCO_DICTIONARY = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, MARKER_DICTIONARY))
 """ArUco dictionary of all markers."""

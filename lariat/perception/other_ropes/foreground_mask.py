@@ -12,7 +12,7 @@ from jaxtyping import Float64, UInt8, UInt16
 from lariat.geometry.cameras import Camera
 from lariat.geometry.obstacles import Obstacle, scene_distance
 from lariat.perception.centerline.estimate import CenterlineEstimate
-from lariat.perception.centerline.segmentation import Region
+from lariat.perception.lines.segmentation import Region
 from lariat.perception.other_ropes.relative_depth import SmoothDepth, near_mask, relative_depth
 
 MAX_DIAMETER = 0.03

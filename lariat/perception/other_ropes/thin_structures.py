@@ -19,8 +19,8 @@ from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.perception.centerline.estimate import OtherLine
 from lariat.perception.centerline.foreign_strands import BesideStrand
 from lariat.perception.centerline.other_lines import join_strands
-from lariat.perception.centerline.ridge import Ridge, axis_points, extract_ridge, sample_depth
-from lariat.perception.centerline.skeleton import trace_strands
+from lariat.perception.lines.ridge import Ridge, axis_points, extract_ridge, sample_depth
+from lariat.perception.lines.skeleton import trace_strands
 from lariat.perception.other_ropes.foreground_mask import (
     MAX_DIAMETER,
     KnownScene,

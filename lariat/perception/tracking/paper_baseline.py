@@ -18,7 +18,7 @@ from skimage.morphology import skeletonize
 from lariat.geometry.cameras import Camera, Picture
 from lariat.geometry.poses import Pose
 from lariat.perception.centerline.estimate import CenterlineEstimate, RopeDimensions
-from lariat.perception.centerline.segmentation import brightness, segment_rope
+from lariat.perception.lines.segmentation import brightness, segment_rope
 
 MAX_NEIGHBOUR_DISTANCE = 20.0
 """Distance of the nearest neighbour above which sorting stops [pixels]."""

@@ -14,8 +14,8 @@ from benchmarks.perception.instances.calibration import fit_logistic
 from benchmarks.perception.instances.judgement import dice_matrix, right_lines
 from benchmarks.perception.pictures.generators import tuning_picture
 from lariat.configuration import ConfigurationError
-from lariat.perception.centerline.ridge import Ridge
 from lariat.perception.image.detector import DetectedRope
+from lariat.perception.lines.ridge import Ridge
 from tests.lariat.perception.image.test_p_wrong import SURE
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float32, Float64, UInt8
 
 from lariat.geometry import polylines
-from lariat.perception.centerline.segmentation import Color
+from lariat.perception.lines.segmentation import Color
 
 WIDTH, HEIGHT = 960, 720
 LIGHT = np.array([-0.5, -0.7])

@@ -8,8 +8,8 @@ from jaxtyping import Float64
 
 from benchmarks.perception.pictures import grounds
 from benchmarks.perception.pictures.renderer import Cable, Lighting, as_photograph, paint_cables
-from lariat.perception.centerline.segmentation import Color
 from lariat.perception.image.detector import Detection, detect_ropes
+from lariat.perception.lines.segmentation import Color
 
 LIGHT = Lighting((-0.45, -0.45, 0.77), 0.45, 40.0, 30.0, 0.25, 0.5)
 RED, BLUE, YELLOW = (200, 50, 50), (50, 80, 200), (230, 200, 60)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from jaxtyping import UInt8
 
-from lariat.perception.centerline.segmentation import Color
 from lariat.perception.image.color_model import without_shadow
 from lariat.perception.image.flanks import center_between_flanks
+from lariat.perception.lines.segmentation import Color
 
 GROUND, SHADOW = (200, 198, 194), (128, 127, 124)
 ROPE = np.s_[60:72]

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from lariat.perception.image.fragments import EndPose, Fragment, FragmentEnd
+from lariat.perception.lines.fragments import EndPose, Fragment, FragmentEnd
 
 FREE_END_COST = 0.7
 """Cost of an end that finds no partner [-]: the bending above which a rope rather ends."""

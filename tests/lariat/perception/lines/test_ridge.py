@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.perception.centerline.ridge import extract_ridge, sample_depth
-from lariat.perception.centerline.segmentation import Region, segment_rope
-from lariat.perception.centerline.skeleton import trace_strands
+from lariat.perception.lines.ridge import extract_ridge, sample_depth
+from lariat.perception.lines.segmentation import Region, segment_rope
+from lariat.perception.lines.skeleton import trace_strands
 
 WIDTH = 8.0
 

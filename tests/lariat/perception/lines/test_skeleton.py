@@ -3,7 +3,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from lariat.perception.centerline.skeleton import trace_branches, trace_strands
+from lariat.perception.lines.skeleton import trace_branches, trace_strands
 
 WIDTH = 7
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float32, Float64
 
-from lariat.perception.centerline.skeleton import Branch, trace_branches
+from lariat.perception.lines.skeleton import Branch, trace_branches
 
 SPUR_WIDTHS = 1.2
 """Length up to which a branch with a free end is a spur [rope widths]."""

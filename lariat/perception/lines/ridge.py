@@ -10,8 +10,8 @@ from jaxtyping import Bool, Float64, UInt16
 
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
-from lariat.perception.centerline.segmentation import Region
-from lariat.perception.centerline.skeleton import Strand
+from lariat.perception.lines.segmentation import Region
+from lariat.perception.lines.skeleton import Strand
 
 SMOOTHING_HALF_WINDOW = 5
 """Half the window of the running mean over the skeleton [pixels]."""

@@ -9,8 +9,8 @@ from jaxtyping import UInt8
 
 from lariat.geometry.obstacles import TABLE
 from lariat.perception.centerline.estimator import CenterlineEstimator
-from lariat.perception.centerline.segmentation import Color
 from lariat.perception.centerline.settings import CenterlineSettings
+from lariat.perception.lines.segmentation import Color
 from lariat.simulation.camera.rgbd_camera import Frame, RgbdCamera
 from shared import topics
 from shared.messages import chain

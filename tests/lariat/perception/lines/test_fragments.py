@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.perception.image.fragments import Fragment, end_pose
+from lariat.perception.lines.fragments import Fragment, end_pose
 
 WIDTH = 20.0
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.perception.image.fragments import EndPose
-from lariat.perception.image.pairing import FREE_END_COST, bending, cheapest_pairing
+from lariat.perception.lines.fragments import EndPose
+from lariat.perception.lines.pairing import FREE_END_COST, bending, cheapest_pairing
 
 WIDTH = 10.0
 

@@ -1,0 +1,1 @@
+"""Lines in one image: segmentation, skeleton, ridge, fragments, and their pairing at crossings."""

@@ -12,7 +12,7 @@ import pytest
 from cli.__main__ import main
 from lariat.geometry import polylines, poses
 from lariat.perception.image.p_wrong import DOUBTFUL
-from tests.lariat.perception.centerline.test_segmentation import GREY, ORANGE, taken
+from tests.lariat.perception.lines.test_segmentation import GREY, ORANGE, taken
 from tests.services.perception.scenes import CAMERA, curve
 
 

@@ -11,7 +11,7 @@ from lariat.geometry import polylines
 from lariat.perception.image import detector
 from lariat.perception.image.p_wrong import DOUBTFUL
 from lariat.perception.lines.segmentation import Color
-from tests.lariat.perception.centerline.test_segmentation import GREY, ORANGE, WOOD, taken
+from tests.lariat.perception.lines.test_segmentation import GREY, ORANGE, WOOD, taken
 from tests.services.perception.pictures import CableAppearance, random_axis, render_photograph
 from tests.services.perception.scenes import CAMERA, curve
 

@@ -97,7 +97,7 @@ class Subscriptions:
                     self._remove(int(number))
             else:
                 return _warning(f"this server is read-only; {operation!r} has no effect")
-        except (ValueError, KeyError, TypeError, RecursionError):
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
             return _warning("a frame is not of Foxglove's WebSocket protocol")
         return None
 

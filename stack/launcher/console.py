@@ -1,8 +1,13 @@
-"""Console output of several processes in one terminal."""
+"""Console output of several processes in one terminal.
+
+Nobody waits for the terminal: lines that it does not take, since it is halted (Ctrl-S) or a pager
+reads no further, are left out and counted.
+"""
 
 from __future__ import annotations
 
 import logging
+import select
 import sys
 from contextlib import suppress
 from typing import TextIO
@@ -11,6 +16,8 @@ from lariat.plain_text import plain_text
 
 _NAME_COLORS = (36, 33, 32, 35, 34, 96, 93, 92, 95, 94)
 _LEVEL_COLORS = {"error": 31, "warning": 33}
+MAX_LINE_SIZE = 4000
+"""Size after which a line is cut [bytes]: a pipe that takes anything takes 4096 bytes at once."""
 
 
 class ProcessConsole:
@@ -21,6 +28,8 @@ class ProcessConsole:
         self._width = width
         self._colored = stream.isatty()
         self._colors: dict[str, int] = {}
+        self._left_out = 0
+        """Number of lines that the terminal has not taken."""
 
     def print_line(self, name: str, text: str, level: str = "") -> None:
         """Print one line.
@@ -41,7 +50,24 @@ class ProcessConsole:
             line = f"\x1b[{own}m{name:>{self._width}} |\x1b[0m {text}"
         # The terminal may have been closed; what runs is ended in order all the same.
         with suppress(OSError):
-            print(line, file=self._stream, flush=True)
+            if not self._is_writable():
+                self._left_out += 1
+                return
+            if self._left_out:
+                line += f"  ({self._left_out} lines before were left out: nobody read them)"
+                self._left_out = 0
+            content = line.encode(errors="replace")[:MAX_LINE_SIZE]
+            print(content.decode(errors="ignore"), file=self._stream, flush=True)
+
+    def _is_writable(self) -> bool:
+        """Whether a line can be written at once."""
+        try:
+            number = self._stream.fileno()
+        except OSError:
+            return True  # Text in memory.
+        poll = select.poll()
+        poll.register(number, select.POLLOUT)
+        return bool(poll.poll(0))
 
 
 class ConsoleHandler(logging.Handler):

@@ -73,6 +73,8 @@ def test_a_viewer_receives_what_it_subscribes_to():
             await viewer.send(json.dumps({"op": "unsubscribe", "subscriptionIds": [7]}))
             await viewer.send("no JSON")
             assert "protocol" in (await heard(viewer))["message"]
+            await viewer.send('{"op": "unsubscribe", "subscriptionIds": [1e400]}')
+            assert "protocol" in (await heard(viewer))["message"]
             server.publish(message(4.0))
             server.publish(message(5.0, "scene/state"))
             assert "channels" in await heard(viewer)

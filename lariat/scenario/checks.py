@@ -31,6 +31,13 @@ def check(scenario: Scenario) -> None:
     Raises:
         ConfigurationError: Two parts contradict each other; the text names the first such pair.
     """
+    true = scenario.plant_rope
+    yields = true.yield_curvature or true.bending_radius or true.inner_friction
+    if yields and scenario.plant.model == "mujoco":
+        raise ConfigurationError(
+            "plant.model = 'mujoco' keeps no bend, and the rope has yield_curvature, "
+            "bending_radius or inner_friction; use 'rod' or 'links'"
+        )
     names = [o.name for o in (*scenario.bodies, *scenario.regions)]
     if len(names) > MAX_OBSTACLES:
         raise ConfigurationError(

@@ -150,6 +150,8 @@ class Scenario:
         given = {k: v for k, v in vars(hidden).items() if k in own and v is not None}
         if hidden.length is not None:
             given["length"] = hidden.length - self.held_length
+        if hidden.yield_curvature or hidden.bending_radius:
+            own |= {"yield_curvature": None, "bending_radius": None}
         return Rope(**own | given)
 
     @property

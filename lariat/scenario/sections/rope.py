@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from lariat.configuration import Bounds
 from lariat.scenario.sections.quantities import Vector
+
+Section = Literal["round", "rectangular"]
+"""Cross-section of a rope that yields."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +36,25 @@ class Rope:
     """Viscous moment per rate of curvature, divided by EI (Kelvin-Voigt); likewise in twist."""
     drag_coefficient: Annotated[float, Bounds(0.0, 100.0)] = 0.0
     """Drag coefficient of air across the rope, about 1.1 for a smooth one."""
+    yield_curvature: Annotated[float, Bounds(1e-3, 1e4, "1/m")] | None = None
+    """Curvature above which the rope keeps a bend; by default it keeps none."""
+    bending_radius: Annotated[float, Bounds(1e-4, 1e3, "m")] | None = None
+    """Least bending radius of a data sheet, in place of `yield_curvature`, which is one over it."""
+    section: Section = "round"
+    """Cross-section, which says how yield spreads over it."""
+    hardening: Annotated[float, Bounds(0.0, 0.99)] = 0.002
+    """Share of the stiffness that stays elastic at any curvature."""
+    inner_friction: Annotated[float, Bounds(0.0, 0.99)] = 0.0
+    """Share of the stiffness that friction between strands bears until they slip."""
+    slip_curvature: Annotated[float, Bounds(1e-3, 1e4, "1/m")] = 1.0
+    """Curvature, from the last reversal on, at which strands begin to slip."""
 
     def __post_init__(self) -> None:
+        if self.yield_curvature is not None and self.bending_radius is not None:
+            raise ValueError(
+                f"yield_curvature = {self.yield_curvature:g} 1/m and bending_radius = "
+                f"{self.bending_radius:g} m say the same; leave out one of them"
+            )
         if self.diameter > 0.25 * self.length:
             raise ValueError(
                 f"diameter = {self.diameter} m is more than a quarter of length = {self.length} m; "
@@ -58,6 +78,13 @@ class PlantRope:
     internal_damping: Annotated[float, Bounds(0.0, 1.0, "s")] | None = None
     """As in `[rope]`; for the models `rod` and `links`."""
     drag_coefficient: Annotated[float, Bounds(0.0, 100.0)] | None = None
+    yield_curvature: Annotated[float, Bounds(1e-3, 1e4, "1/m")] | None = None
+    """As in `[rope]`, and the four below it; for the models `rod` and `links`."""
+    bending_radius: Annotated[float, Bounds(1e-4, 1e3, "m")] | None = None
+    section: Section | None = None
+    hardening: Annotated[float, Bounds(0.0, 0.99)] | None = None
+    inner_friction: Annotated[float, Bounds(0.0, 0.99)] | None = None
+    slip_curvature: Annotated[float, Bounds(1e-3, 1e4, "1/m")] | None = None
     stiffness_profile: tuple[float, ...] = ()
     """Factors on the stiffness at even distances along the rope, left end first."""
     rest_curvature: Annotated[Vector, Bounds(-200.0, 200.0, "1/m")] = (0.0, 0.0, 0.0)

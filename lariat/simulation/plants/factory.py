@@ -55,6 +55,7 @@ def _plant_of_true_grips(scenario: Scenario) -> Plant:
             "node_count": count,
             "stiffness_profile": scenario.plant.rope.stiffness_profile,
             "rest_curvature": scenario.plant.rope.rest_curvature,
+            "layers": tuple((share, limit) for share, limit, _ in properties.layers.tolist()),
         }
         | ({} if scenario.plant.friction is None else {"friction": scenario.plant.friction})
     )

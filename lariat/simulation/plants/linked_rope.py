@@ -10,6 +10,7 @@ a link. Links neither stretch nor shear.
 # MuJoCo has no stubs.
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import mujoco
@@ -51,6 +52,7 @@ class LinkedRope:
         """Return the MJCF text of the rope among obstacles; mocap bodies 0 and 1 are the grips."""
         n, middle = self.rope.node_count, self._middle
         # Body k hangs on body k + 1 left of the middle, on body k - 1 right of it.
+        self._layers: list[str] = []
         leftwards = "".join(self._open(k, -1) for k in range(middle - 1, -2, -1))
         rightwards = "".join(self._open(k, 1) for k in range(middle + 1, n))
         chain = (
@@ -64,9 +66,8 @@ class LinkedRope:
             for side, k in (("left", -1), ("right", n - 1))
         )
         grips = '<body name="left" mocap="true"/><body name="right" mocap="true"/>'
-        return scene(
-            obstacles, self.rope.friction, f"{grips}{chain}", f"<equality>{welds}</equality>"
-        )
+        rest = f"<equality>{welds}</equality><tendon>{''.join(self._layers)}</tendon>"
+        return scene(obstacles, self.rope.friction, f"{grips}{chain}", rest)
 
     def _open(self, k: int, direction: int) -> str:
         """Return the opening of body k, which hangs on its neighbour against `direction`."""
@@ -80,11 +81,20 @@ class LinkedRope:
         stiffness = (bending, bending, bending / (1.0 + rope.poisson_ratio))
         # The frame of a link is at its middle, that of a plug at the node.
         anchor = 0.0 if plug else -0.5 * direction * edge
+        elastic = 1.0 - sum(share for share, _ in rope.layers)
         joints = "".join(
-            f'<joint type="hinge" axis="{axis}" pos="0 0 {anchor:.12g}" stiffness="{k_axis:.9g}" '
-            f'springref="{angle:.12g}" damping="{rope.internal_damping * k_axis:.9g}"/>'
+            f'<joint name="{k} {axis}" type="hinge" axis="{axis}" pos="0 0 {anchor:.12g}" '
+            f'stiffness="{elastic * k_axis:.9g}" springref="{angle:.12g}" '
+            f'damping="{rope.internal_damping * k_axis:.9g}"/>'
             for axis, k_axis, angle in zip(AXES[node % 2], stiffness, angles, strict=True)
         )
+        for axis, k_axis, angle in zip(AXES[node % 2], stiffness, angles, strict=True):
+            for share, limit in rope.layers:
+                most = limit * rope.spans[node] * math.sqrt(bending / k_axis)
+                self._layers.append(
+                    f'<fixed stiffness="{share * k_axis:.9g}" springyield="{most:.12g}" '
+                    f'springlength="{angle:.12g}"><joint joint="{k} {axis}" coef="1"/></fixed>'
+                )
         offset = direction * (0.5 * edge if plug else edge)
         content = self._plug() if plug else self._link()
         return f'<body name="link{k}" pos="0 0 {offset:.12g}">{joints}{content}'

@@ -57,6 +57,9 @@ class MujocoRope:
     """Factors on bending and twisting stiffness, evenly spread from left to right [-]."""
     rest_curvature: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Two curvatures and a twist of the unloaded rope in its material frame [1/m]."""
+    layers: tuple[tuple[float, float], ...] = ()
+    """Share of the stiffness, and curvature at which it yields [1/m], of each layer of the bends;
+    for `LinkedRope` only, where each axis yields by itself."""
     friction: float = 0.3
     """Coulomb friction coefficient against all obstacles [-]."""
 

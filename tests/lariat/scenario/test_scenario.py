@@ -14,6 +14,7 @@ from lariat.configuration import ConfigurationError
 from lariat.geometry import poses
 from lariat.scenario import Scenario, load, parse
 from lariat.scenario.entries import obstacle_entry
+from lariat.scenario.rod_properties import rod_properties
 from shared.messages import Scene, obstacle_message, scene_obstacles
 
 FOLDER = Path(__file__).parents[3] / "scenarios"
@@ -330,3 +331,16 @@ def test_friction_of_a_support_reaches_the_model_by_the_bus_and_by_the_file() ->
     strands = '[plant]\nmodel = "rod"\nself_contact = true\nfriction = 0.3\n'
     with pytest.raises(ConfigurationError, match="model 'rod' has none beside self_contact"):
         parse(SMALLEST + strands, FOLDER)
+
+
+def test_a_cable_yields_as_its_data_sheet_says() -> None:
+    rope = SMALLEST.replace("diameter = 0.008\n", "diameter = 0.008\nbending_radius = 0.05\n")
+    scenario = parse(rope + "[plant.rope]\nyield_curvature = 30.0\nhardening = 0.1\n", FOLDER)
+    assert rod_properties(scenario.rope).yield_curvature == pytest.approx(20.0)
+    true = rod_properties(scenario.plant_rope)
+    assert (true.yield_curvature, true.hardening) == (30.0, 0.1)
+    assert len(rod_properties(parse(SMALLEST, FOLDER).rope).layers) == 0
+    with pytest.raises(ConfigurationError, match="say the same; leave out one of them"):
+        parse(rope.replace("bending", "yield_curvature = 10.0\nbending"), FOLDER)
+    with pytest.raises(ConfigurationError, match=r"plant\.model = 'mujoco' keeps no bend"):
+        parse(rope + '[plant]\nmodel = "mujoco"\n', FOLDER)

@@ -57,3 +57,27 @@ def lag_on_a_bar(friction: float | None) -> float:
 def test_friction_of_the_plant_holds_a_rope_on_its_support_where_it_is_set() -> None:
     assert lag_on_a_bar(None) < 0.3
     assert lag_on_a_bar(0.5) > 10.0
+
+
+def ends_brought_together_and_back(model: str) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of a cable that yields, before and after its ends were brought together."""
+    scenario = load("three-cylinders")
+    own = replace(scenario.plant.rope, node_count=40, damping=20.0, yield_curvature=10.0)
+    plant = build_plant(
+        replace(scenario, obstacles=(), plant=replace(scenario.plant, model=model, rope=own))
+    )
+    left, right = Pose(np.array([-0.2, 0.0, 0.4]), ALONG_X), np.array([0.2, 0.0, 0.4])
+    plant.reset(left, Pose(right, ALONG_X))
+    start = plant.nodes
+    for k in range(1, 161):
+        nearer = 0.3 * min(k / 60, 1.0, (160 - min(k, 160)) / 60) * np.array([1.0, 0.0, 0.0])
+        plant.step(EndMotion(left), EndMotion(Pose(right - nearer, ALONG_X)), 0.02)
+    for _ in range(40):
+        plant.step(EndMotion(left), EndMotion(Pose(right, ALONG_X)), 0.02)
+    return start, plant.nodes
+
+
+def test_links_that_yield_keep_the_bend_of_a_rod_that_does() -> None:
+    (start, rod), (_, links) = map(ends_brought_together_and_back, ("rod", "links"))
+    assert np.linalg.norm(rod - start, axis=1).mean() > 4e-3
+    assert np.linalg.norm(rod - links, axis=1).mean() < 1e-3

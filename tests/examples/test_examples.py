@@ -46,7 +46,7 @@ NOTEBOOKS = {
 ARGUMENTS = {
     "11": {"methods": ("examples.methods.shape_servo:ShapeServo",)},
     "12": {"estimators": ("examples.methods.carried:Carried",)},
-    "14": {"iterations": 20},
+    "14": {"iterations": 3, "batch": 4},
 }
 """Arguments that shorten an example."""
 

@@ -10,9 +10,10 @@ import io
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext, redirect_stdout
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from functools import wraps
+from typing import Any
 
 from lariat.plain_text import plain_text
 from lariat.suggestion import did_you_mean
@@ -123,9 +124,23 @@ def _call(target: str, prog: str, arguments: Sequence[str]) -> int:
     try:
         verb: Callable[..., int | None] = getattr(importlib.import_module(module), function)
         text = inspect.cleandoc(verb.__doc__ or "").partition("\nArgs:")[0].rstrip()
-        with _plain_usage() if {"-h", "--help"} & set(arguments) else nullcontext():
-            checked = _with_finite_options(verb)
-            return tyro.cli(checked, prog=prog, description=text, args=list(arguments)) or SUCCESS
+
+        @wraps(verb)
+        def parsed(*values: object, **options: object) -> tuple[Any, dict[str, Any]]:
+            return values, options
+
+        said = io.StringIO()
+        try:
+            with _plain_usage() if {"-h", "--help"} & set(arguments) else redirect_stderr(said):
+                values, options = tyro.cli(
+                    parsed, prog=prog, description=text, args=list(arguments)
+                )
+        except SystemExit as end:
+            if not end.code:
+                raise
+            return _refuse(f"{_first_words(said.getvalue())}; {prog} --help explains")
+        _check_finite(options)
+        return verb(*values, **options) or SUCCESS
     except ImportError as error:
         return _refuse(_missing(prog, module, error))
     except KeyboardInterrupt:
@@ -134,23 +149,29 @@ def _call(target: str, prog: str, arguments: Sequence[str]) -> int:
         return _report(error)
 
 
-def _with_finite_options(verb: Callable[..., int | None]) -> Callable[..., int | None]:
-    """Return a verb that refuses numbers which are not finite, or are out of all proportion."""
+def _first_words(box: str) -> str:
+    """Return what a box of the parser says, down to its first rule, in one line."""
+    lines = [line.strip("│ ") for line in box.splitlines() if not line.startswith(("╭", "╰"))]
+    count = next((k for k, line in enumerate(lines) if line.startswith("──")), len(lines))
+    text = re.sub(r"\[/?bold\]|\(required\)", "", " ".join(lines[:count]))
+    return " ".join(text.split()).removesuffix(".")
 
-    @wraps(verb)
-    def checked(*values: object, **options: object) -> int | None:
-        from lariat.configuration import MAX_NUMBER, ConfigurationError
 
-        for name, value in options.items():
-            for number in value if isinstance(value, tuple) else (value,):
-                if isinstance(number, int | float) and not abs(number) <= MAX_NUMBER:
-                    raise ConfigurationError(
-                        f"--{name.strip('_').replace('_', '-')} takes finite numbers within "
-                        f"±{MAX_NUMBER:g}, got {number}"
-                    )
-        return verb(*values, **options)
+def _check_finite(options: Mapping[str, object]) -> None:
+    """Check the numbers of options.
 
-    return checked
+    Raises:
+        ConfigurationError: One is not finite, or out of all proportion.
+    """
+    from lariat.configuration import MAX_NUMBER, ConfigurationError
+
+    for name, value in options.items():
+        for number in value if isinstance(value, tuple) else (value,):
+            if isinstance(number, int | float) and not abs(number) <= MAX_NUMBER:
+                raise ConfigurationError(
+                    f"--{name.strip('_').replace('_', '-')} takes finite numbers within "
+                    f"±{MAX_NUMBER:g}, got {number}"
+                )
 
 
 @contextmanager

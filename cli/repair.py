@@ -40,6 +40,7 @@ def repair(path: Path) -> Repair:
     """
     with refusing(f"cannot repair {path}"):
         recording = Recording(path)
+        recording.start()
         count = sum(1 for _ in recording.messages())
         if not recording.damage:
             return Repair(str(path), "", "", count)

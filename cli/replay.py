@@ -97,6 +97,7 @@ def main(
     with tempfile.TemporaryDirectory() as folder:
         with refusing(f"cannot replay {file}"):
             recording = Recording.open(file)
+            start = recording.start()
             scenario = recording.scenario(Path(folder))
             if measures:
                 _report_measures(recorded_measures(recording, scenario), json)
@@ -109,7 +110,6 @@ def main(
         results = replay(recording, scenario, names, console, None if service else skipped)
         if update:
             _update(recording, scenario, results)
-    start = next(recording.messages()).log_time
     if json:
         print(jsons.dumps(_as_json(recording, results, skipped, start)))
     else:

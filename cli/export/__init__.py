@@ -69,6 +69,8 @@ def main(
         raise ConfigurationError(f"{path} exists; name another --output or remove it")
     with refusing(f"cannot export {', '.join(map(str, files))}"):
         recordings = tuple(map(Recording.open, files))
+        for recording in recordings:
+            recording.start()
         try:
             print(write(recordings, to, path))
         except ModuleNotFoundError as error:

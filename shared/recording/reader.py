@@ -229,6 +229,17 @@ class Recording:
         text = self.files[SCENARIO_ATTACHMENT].decode()
         return parse(text, folder, source=f"the scenario in {self.path}")
 
+    def start(self) -> int:
+        """Return the time of the first message [ns].
+
+        Raises:
+            ConfigurationError: There is none that can be read.
+        """
+        first = next(Recording(self.path).messages(), None)
+        if first is None:
+            raise ConfigurationError(f"{self.path} holds no message that can be read")
+        return first.log_time
+
     def records(self) -> Iterator[mcap_records.McapRecord]:
         """Yield all records but indexes up to the end or the damage that ends the file.
 

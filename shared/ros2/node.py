@@ -6,6 +6,7 @@ Nothing is called back: what has arrived waits in bounded rings until it is take
 from __future__ import annotations
 
 import json
+import socket
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -289,16 +290,29 @@ def _content(payload: Any, attachment: Any, kind: str) -> tuple[Any, Attachment]
 
 def _joined(router: str, serve: bool) -> tuple[zenoh.Session, bool]:
     """Session of a router, and whether it is the router itself."""
-    try:
-        return zenoh.open(_configuration("peer", router)), False
-    except zenoh.ZError as error:
-        reason = str(error).splitlines()[0]
-    if serve:
+    modes = ["peer", "router"] if serve else ["peer"]
+    if serve and not _accepts(router):
+        modes.reverse()
+    reason = ""
+    for mode in modes:
         try:
-            return zenoh.open(_configuration("router", router)), True
+            return zenoh.open(_configuration(mode, router)), mode == "router"
         except zenoh.ZError as error:
             reason = str(error).splitlines()[0]
     raise BusError(f"no ROS 2 router answers at {router}: {reason}")
+
+
+def _accepts(router: str) -> bool:
+    """Whether an endpoint accepts connections, or is of a kind that cannot be asked."""
+    link, _, address = router.partition("/")
+    host, _, port = address.rpartition(":")
+    if link not in ("tcp", "tls") or not port.isdigit():
+        return True
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), ROUTER_TIMEOUT).close()
+    except OSError:
+        return False
+    return True
 
 
 def _configuration(mode: str, router: str) -> zenoh.Config:
@@ -308,6 +322,8 @@ def _configuration(mode: str, router: str) -> zenoh.Config:
         "connect/timeout_ms": int(1e3 * ROUTER_TIMEOUT),
         "connect/exit_on_failure": True,
         "listen/endpoints": ["tcp/127.0.0.1:0"] if mode == "peer" else [router],
+        # A router waits for no other node [ms].
+        "scouting/delay": 0 if mode == "router" else 500,
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
         # Latched publishers answer with stamped samples.

@@ -189,14 +189,13 @@ def _friction_pairs(
     """Return the number of slips; zero where no body has friction.
 
     Raises:
-        ValueError: Friction is not there for the rod's scheme, or beside self-contact.
+        ValueError: Friction is not there beside self-contact.
     """
     if not np.any(rows[:, ObstacleRow.FRICTION]):
         return 0
-    if model.scheme != "euler" or model.self_contact:
+    if model.self_contact:
         raise ValueError(
-            f"friction of obstacles takes scheme='euler' and self_contact=False, got "
-            f"scheme={model.scheme!r} and self_contact={model.self_contact}; leave out friction"
+            "friction of obstacles is not there beside self_contact=True; leave out one of them"
         )
     samples = int(constants.integers[Header.CONTACT_SAMPLES - MODEL_HEADER.start])
     return len(rows) * (model.node_count - 1) * samples

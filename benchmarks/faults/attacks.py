@@ -20,6 +20,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -29,6 +30,7 @@ import psutil
 
 from benchmarks.faults.attack import Attack, NoControl
 from benchmarks.faults.doors import hostile_files, hostile_requests, second_stack
+from benchmarks.faults.hostile_publisher import hostile_publisher
 from benchmarks.faults.machines import ROBOT, cable, on_second_machine
 from benchmarks.live_stack import LiveStack
 from benchmarks.operator import DeadlineMissed, Operator
@@ -47,6 +49,7 @@ from shared.messages import (
     validation,
 )
 from shared.messages.checks.values import MAX_INTEGER
+from stack import services
 from stack.client import Client
 from stack.credentials.local_secret import find_local_secret
 
@@ -79,11 +82,13 @@ POSES, DT = 26, 20_000_000
 """Number of poses of hostile setpoints, and time between two of them [ns]."""
 STILL = 1e-4
 """Motion of a grip that counts as none [m]."""
+FLOOD_RATE = 10_000.0
+"""Messages of a flood in a second, at most [Hz]."""
 RUN_TIMEOUT = 60.0
 """Longest wait for the goal of the lawful run afterwards [s]."""
 
 
-def run(scenario: Path = DEFAULT_SCENARIO, json: bool = False) -> int:
+def run(scenario: Path = DEFAULT_SCENARIO, messages: int = 10**6, json: bool = False) -> int:
     """Attack a live stack as a web page, another user, a machine of the network, a process, a file.
 
     Another user and another machine are played by root alone; without it these attacks are left
@@ -91,6 +96,7 @@ def run(scenario: Path = DEFAULT_SCENARIO, json: bool = False) -> int:
 
     Args:
         scenario: A scenario's TOML file, or the short name of a shipped one.
+        messages: Number of messages of all types of a process with the bus's password.
         json: Print one JSON object instead of a table.
 
     Returns:
@@ -107,6 +113,7 @@ def run(scenario: Path = DEFAULT_SCENARIO, json: bool = False) -> int:
             _web_pages,
             second_stack,
             hostile_requests,
+            partial(_flood, messages),
             _bus_member,
         ):
             attacks += of_an_attacker(stack)
@@ -341,6 +348,34 @@ def _web_pages(stack: LiveStack) -> Iterator[Attack]:
 
 
 # A process with the bus's password
+
+
+def _flood(count: int, stack: LiveStack) -> Iterator[Attack]:
+    """Publish messages of all types, valid and invalid, as fast as they are sent."""
+    with stack.connect() as client:
+        operator, before = Operator(client), _processes(stack)[0]
+        rest, moved = _positions(client.newest_arm_state()), 0.0
+        refused: dict[str, int] = {}
+        more = ("--count", str(count))
+        with hostile_publisher(stack.hub, stack.namespace, FLOOD_RATE, *more) as publisher:
+            begun = time.monotonic()
+            while publisher.poll() is None:
+                operator.update()
+                for state in operator.states:
+                    moved = max(moved, float(np.max(np.abs(_positions(state) - rest))))
+                operator.states.clear()
+                # Some of what is heard is forged, too.
+                for name, health in operator.health.items():
+                    refused[name] = max(refused.get(name, 0), health.refused)
+                time.sleep(PERIOD)
+            seconds = time.monotonic() - begun
+        if not count or publisher.returncode or not all(refused.get(n) for n in services.NAMES):
+            raise NoControl(f"no flood: exit code {publisher.returncode}, refused {refused}")
+        same = _processes(stack)[0] == before
+    outcome = f"in {seconds:.0f} s; a grip moves by {1e3 * moved:.2f} mm, "
+    outcome += "the processes are the same" if same else "a process ended"
+    who = "a process with the bus's password"
+    yield Attack(who, f"{count:,} messages of all types", outcome, same and moved < STILL)
 
 
 def _bus_member(stack: LiveStack) -> Iterator[Attack]:

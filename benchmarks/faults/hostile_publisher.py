@@ -3,7 +3,8 @@
     python -m benchmarks.faults.hostile_publisher --hub ENDPOINT --namespace NAME [--settings FILE]
 
 It joins below `shared.bus`, which lets nobody write an attachment of their own. It sends what the
-check of the bus refuses, over all topics: a lawful run goes on beside it.
+check of the bus refuses, over all topics: a lawful run goes on beside it. With `--count` half of
+the messages are those of an ordinary run, of publishers that do not run here.
 """
 
 from __future__ import annotations
@@ -52,18 +53,22 @@ class Options:
     """Messages in a second [Hz]."""
     seed: int = 0
     """Seed of all choices."""
+    count: int | None = None
+    """Number of messages after which it ends; None: never."""
 
 
 @contextmanager
-def hostile_publisher(hub: str, namespace: str, rate: float) -> Iterator[None]:
+def hostile_publisher(
+    hub: str, namespace: str, rate: float, *more: str
+) -> Iterator[subprocess.Popen[bytes]]:
     """Publish hostile messages on the bus of a stack, in a process of its own."""
-    options = ["--hub", hub, "--namespace", namespace, "--rate", str(rate)]
+    options = ["--hub", hub, "--namespace", namespace, "--rate", str(rate), *more]
     if secret := find_local_secret((hub,)):
         options += ["--settings", str(secret)]
     command = module_entry.command("benchmarks.faults.hostile_publisher", *options)
     publisher = subprocess.Popen([sys.executable, *command], stdout=subprocess.DEVNULL)
     try:
-        yield
+        yield publisher
     finally:
         publisher.terminate()
         publisher.wait()
@@ -91,9 +96,26 @@ def refused_messages(rng: random.Random, count: int) -> Iterator[RawMessage]:
             yield raw
 
 
+def _ordinary_messages(rng: random.Random, count: int) -> list[RawMessage]:
+    """Messages of all topics of an ordinary run, in the names of processes that do not run."""
+    # The simulation is not imported where nobody asks for it.
+    from benchmarks.faults.fuzz.targets import ordinary_run
+
+    deliveries = ordinary_run("three-cylinders")
+    return [
+        RawMessage(d.key, d.topic.type.DESCRIPTOR.full_name, d.payload, "stranger", k, 0)
+        for k, d in enumerate(rng.choices(deliveries, k=count))
+    ]
+
+
+def lawful_attachment(raw: RawMessage) -> bytes:
+    """Return the attachment of a message."""
+    return f"{raw.sequence} {raw.publisher} {raw.version}".encode()
+
+
 def hostile_attachment(rng: random.Random, raw: RawMessage) -> bytes:
     """Return the attachment of a message, or one that no process sends."""
-    lawful = f"{raw.sequence} {raw.publisher} {raw.version}".encode()
+    lawful = lawful_attachment(raw)
     hostile = (b"", b" ", rng.randbytes(40), b"9" * 5000 + b" p 1", b"\xff\xff 1", b"-1 p -1")
     return lawful if rng.random() < 0.7 else rng.choice(hostile)
 
@@ -122,9 +144,12 @@ def main() -> None:
     logging.disable(logging.WARNING)
     rng = random.Random(options.seed)
     pool = [(raw, hostile_attachment(rng, raw)) for raw in refused_messages(rng, POOL_SIZE)]
+    if options.count is not None:
+        pool += [(raw, lawful_attachment(raw)) for raw in _ordinary_messages(rng, POOL_SIZE)]
+        rng.shuffle(pool)
     with open_session(options) as session:
         begun, sent = time.monotonic(), 0
-        while True:
+        while options.count is None or sent < options.count:
             while sent < (time.monotonic() - begun) * options.rate:
                 raw, attachment = pool[sent % len(pool)]
                 encoding = ENCODING + raw.type

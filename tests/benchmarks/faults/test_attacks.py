@@ -15,6 +15,7 @@ pytestmark = pytest.mark.live
 @pytest.mark.slow
 def test_nobody_else_reads_or_writes_and_a_run_reaches_its_goal_afterwards() -> None:
     command = [sys.executable, "-m", "cli", "bench", "faults", "attacks", "--json"]
+    command += ["--messages", "20000"]
     said = subprocess.run(command, capture_output=True, text=True, timeout=500.0)
     assert said.stdout, said.stderr
     attacks = json.loads(said.stdout)["rows"]

@@ -21,8 +21,11 @@ Value = TypeVar("Value")
 
 MAX_LOGGED_LENGTH = 200
 """Number of characters after which the reason of a refusal is cut in the log."""
-MAX_SOURCES = 4096
-"""Most sources whose refusals are counted one by one."""
+MAX_SOURCES = 256
+"""Most sources whose refusals are counted one by one: names can be made up, and each takes lines of
+the log."""
+OTHERS = "others"
+"""Source of all beyond."""
 
 
 @dataclass
@@ -81,10 +84,9 @@ class Door:
             fault: Exception that nobody expected, whose traceback belongs in the log.
         """
         self.refused += 1
-        count = self._counts.pop(source, 0) + 1
-        self._counts[source] = count
-        if len(self._counts) > MAX_SOURCES:
-            del self._counts[next(iter(self._counts))]
+        if source not in self._counts and len(self._counts) >= MAX_SOURCES:
+            source = OTHERS
+        count = self._counts[source] = self._counts.get(source, 0) + 1
         # The log must stay readable.
         if count == 10 ** (len(str(count)) - 1):
             text = reason[:MAX_LOGGED_LENGTH]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lariat.configuration import MAX_REASON_LENGTH, ConfigurationError, refusing
-from shared.door import Door
+from shared.door import MAX_SOURCES, Door
 
 
 def raised(door: Door, error: Exception) -> str:
@@ -57,6 +57,15 @@ def test_log_says_at_each_power_of_ten_what_is_refused(caplog: pytest.LogCapture
     raised(door, KeyError("x"))
     door.refuse("another", "x", KeyError("x"))
     assert caplog.records[-1].exc_info
+
+
+def test_made_up_names_do_not_fill_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    door = Door()
+    for k in range(10_000):
+        door.refuse(f"task/state from p-{k}", "bad")
+    assert door.refused == 10_000
+    assert len(caplog.records) < MAX_SOURCES + 10
+    assert "refused others" in caplog.text
 
 
 def test_strict_door_does_not_hide_a_fault_of_the_program() -> None:

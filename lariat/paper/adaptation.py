@@ -135,14 +135,9 @@ class PaperAdaptation:
         sigma: Float64[np.ndarray, "n"],
         observed: Bool[np.ndarray, "n"],
     ) -> Float64[np.ndarray, "n 3"] | None:
-        """Take in an observation; change of the model's last shape [m] once a horizon has passed.
+        """Take in an observation, as of `Adaptation`; the change [m] once a horizon has passed.
 
-        Args:
-            estimator: State estimator whose model gets the parameters.
-            stamp: Time of the observation [ns].
-            nodes: Observed nodes [m].
-            sigma: Not used: all observed nodes count the same.
-            observed: Nodes that were seen, not bridged.
+        All observed nodes count the same, whatever their sigma.
         """
         start = self._start
         if start is None or estimator.start_time > start.time:

@@ -132,13 +132,7 @@ class PaperOptimizer:
     def plan(
         self, rod: DifferentiableRod, problem: HorizonProblem, avoidance: AvoidanceSpecification
     ) -> HorizonPlan:
-        """Solve a horizon.
-
-        Args:
-            rod: Model of the rope.
-            problem: State and reference of this horizon; the goal is its last reference shape.
-            avoidance: Obstacles and clearances.
-        """
+        """Solve a horizon, as of `HorizonOptimizer`; the goal is its last reference shape."""
         s = self.settings
         count = len(problem.reference)
         inputs = np.repeat((problem.state.positions + problem.offset)[None], count, axis=0)

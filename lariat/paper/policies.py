@@ -33,11 +33,7 @@ class Actions:
         self.begin(0)
 
     def begin(self, elapsed_steps: int) -> None:
-        """Shift the velocities in time and restart Adam.
-
-        Args:
-            elapsed_steps: Steps since the beginning of the last horizon.
-        """
+        """Shift the velocities in time and restart Adam."""
         last = len(self._values) - 1
         shifted = np.minimum(np.arange(len(self._values)) + elapsed_steps, last)
         self._values = self._values.detach()[shifted].requires_grad_()
@@ -93,23 +89,14 @@ class Network:
     def velocities(
         self, nodes: Float64[np.ndarray, "h n 3"], goal: Float64[np.ndarray, "n 3"]
     ) -> Float64[np.ndarray, "h m"]:
-        """Velocities of the free components in each step [m/s, rad/s].
-
-        Args:
-            nodes: Nodes before each step [m].
-            goal: Nodes of the goal [m].
-        """
+        """Velocities of the free components in each step [m/s, rad/s]."""
         self._inputs = torch.tensor(nodes, dtype=torch.float32).requires_grad_()
         goals = torch.tensor(goal, dtype=torch.float32).flatten().expand(len(nodes), -1)
         self._outputs = self.layers(torch.cat([self._inputs.flatten(1), goals], 1))
         return self._outputs.detach().double().numpy()
 
     def learn(self, gradient: Float64[np.ndarray, "h m"]) -> None:
-        """Take one step of Adam on the weights.
-
-        Args:
-            gradient: Gradient of the loss with respect to the velocities returned last.
-        """
+        """Take one step of Adam on the weights."""
         self._optimizer.zero_grad()
         self._outputs.backward(torch.tensor(gradient, dtype=torch.float32))
         self._optimizer.step()
@@ -117,12 +104,7 @@ class Network:
     def gradient_in_nodes(
         self, gradient: Float64[np.ndarray, "h m"], nodes: Float64[np.ndarray, "h n 3"]
     ) -> Float64[np.ndarray, "h n 3"]:
-        """Gradient of the loss with respect to the nodes before each step, through the network.
-
-        Args:
-            gradient: Gradient of the loss with respect to the velocities returned last.
-            nodes: Nodes for which these velocities were returned [m].
-        """
+        """Gradient of the loss with respect to the nodes before each step, through the network."""
         seed = torch.tensor(gradient, dtype=torch.float32)
         (found,) = torch.autograd.grad(self._outputs, self._inputs, seed, retain_graph=True)
         return found.double().numpy()

@@ -144,15 +144,7 @@ class MaterialFilter:
         sigma: Float64[np.ndarray, "n"],
         observed: Bool[np.ndarray, "n"],
     ) -> Float64[np.ndarray, "n 3"] | None:
-        """Take in an observation; change of the rest shape [m] when the properties change.
-
-        Args:
-            estimator: State estimator whose model gets the properties.
-            stamp: Time of the observation [ns].
-            nodes: Observed nodes [m].
-            sigma: Standard deviation of each node's position [m].
-            observed: Nodes that were seen, not bridged.
-        """
+        """Take in an observation, as of `Adaptation`; the change [m] is that of the rest shape."""
         settings = self.settings
         self._swing_sensitivity.follow(estimator)
         before = self._mean_motion

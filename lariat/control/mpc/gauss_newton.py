@@ -89,13 +89,7 @@ class GaussNewton:
     def plan(
         self, rod: Rod, problem: HorizonProblem, avoidance: AvoidanceSpecification
     ) -> HorizonPlan:
-        """Solve a horizon.
-
-        Args:
-            rod: Model of the rope.
-            problem: State, reference and bounds of this horizon.
-            avoidance: Obstacles and clearances.
-        """
+        """Solve a horizon, as of `HorizonOptimizer`."""
         count, dt, free = self.step_count, self.time_step, self._free
         means = self._mean_components
         initial_velocity = problem.velocity.reshape(2, 6)

@@ -14,10 +14,14 @@ from jaxtyping import Float64
 from lariat.arms.description import with_own_urdfs
 from lariat.configuration import ConfigurationError
 from lariat.geometry import obstacles as geometry
+from lariat.geometry import polylines
 from lariat.scenario import SIDES, Scenario, Shape
 
 if TYPE_CHECKING:
     from lariat.control.run.goals import GoalFactory
+
+REFINEMENT = 4
+"""Edges of the rod that stands for an endless number, by each edge of the controller's."""
 
 
 @dataclass(frozen=True)
@@ -112,23 +116,25 @@ def rest_distances(scenario: Scenario) -> dict[str, float]:
 
 
 def resolution_errors(scenario: Scenario) -> dict[str, float]:
-    """Return how far nodes of each shape that hangs are from where an endless number would be.
+    """Return how far the chain of each shape that hangs is from where an endless one would be.
 
-    It is the largest distance [m], estimated from a rod with half the edge length: the error of the
-    rod falls with its square, so that the two differ by three quarters of it. A shape in which the
-    finer rod does not come to rest is left out.
+    It is the largest distance [m] between points of equal arc length of the chain and of one with a
+    quarter of its edge length, whose own error is a tenth or less. A shape in which the finer rod
+    does not come to rest is left out.
     """
     errors = {}
     for key, shape in _shapes(scenario).items():
         if scenario.nodes(shape) is not None or shape.part is not None:
             continue
         coarse = _at_rest(scenario, key, shape)
-        finer = replace(scenario.rope, node_count=2 * scenario.rope.node_count - 1)
+        count = REFINEMENT * (len(coarse) - 1) + 1
         try:
-            fine = _at_rest(replace(scenario, rope=finer), key, shape)[::2]
+            fine = _at_rest(
+                replace(scenario, rope=replace(scenario.rope, node_count=count)), key, shape
+            )
         except ConfigurationError:
             continue
-        errors[key] = float(4.0 / 3.0 * np.linalg.norm(fine - coarse, axis=1).max())
+        errors[key] = float(np.linalg.norm(fine - polylines.resample(coarse, count), axis=1).max())
     return errors
 
 

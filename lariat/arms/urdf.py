@@ -214,4 +214,7 @@ def _origin(element: ElementTree.Element | None) -> Pose:
 
 def _numbers(element: ElementTree.Element | None, key: str, default: str) -> np.ndarray:
     text = default if element is None else element.get(key, default)
-    return np.array([float(word) for word in text.split()])
+    numbers = np.array([float(word) for word in text.split()])
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"{key} = {text!r} is not finite")
+    return numbers

@@ -80,6 +80,11 @@ def main(
     """
     loaded = load_with(scenario, set)
     dependencies.check(loaded, services.NAMES)
+    if loaded.ros2.topics:
+        dependencies.check(loaded, ["ros2"])
+        from shared.ros2.table import Table
+
+        Table.of(loaded)
     reports = preflight.check(loaded)
     starts = arm_starts(loaded)
     distances = preflight.rest_distances(loaded)

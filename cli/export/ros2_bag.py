@@ -23,8 +23,8 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from cli.export.drawn_messages import drawn_messages
 from shared.cell_description import cell_urdf
 from shared.recording import Recording
-from shared.ros2 import wire
-from shared.ros2.outputs import ROBOT_DESCRIPTION, converted, outputs, robot_description
+from shared.ros2.outputs import robot_description
+from shared.ros2.table import Table
 from shared.ros2.types import STORE
 
 BAG_VERSION = 9
@@ -53,9 +53,10 @@ def write(recording: Recording, folder: Path) -> str:
         OSError: The folder cannot be written.
     """
     with tempfile.TemporaryDirectory() as files:
-        urdf = cell_urdf(recording.scenario(Path(files)))
+        scenario = recording.scenario(Path(files))
+        table, urdf = Table.of(scenario), cell_urdf(scenario)
     connections: dict[str, Any] = {}
-    table, count = outputs(), 0
+    count = 0
     with Writer(folder, version=BAG_VERSION, storage_plugin=StoragePlugin.MCAP) as bag:
 
         def put(topic: str, message: Any, time: int, latched: bool) -> None:
@@ -71,9 +72,10 @@ def write(recording: Recording, folder: Path) -> str:
 
         for drawn in drawn_messages(recording):
             if not count:
-                put(ROBOT_DESCRIPTION, robot_description(urdf), drawn.log_time, latched=True)
+                message = robot_description(table.urdf(urdf))
+                put(table.description.name, message, drawn.log_time, latched=True)
             with recording.door.guard(f"{drawn.key} in {recording.path}"):
-                for output, message in converted(table, drawn.key, drawn.message):
+                for output, message in table.recorded(drawn.key, drawn.message):
                     name = f"/{output.name_for(drawn.key).lstrip('/')}"
-                    put(name, message, drawn.log_time, output.qos == wire.LATCHED)
+                    put(name, message, drawn.log_time, output.qos.latched)
     return f"{folder}: {count} messages on {len(connections)} topics"

@@ -31,6 +31,7 @@ from lariat.scenario.sections import (
     Recording,
     Region,
     Rope,
+    Ros2,
     Run,
     Sensing,
     Shape,
@@ -83,6 +84,7 @@ class Scenario:
     limits: Limits = Limits()
     run: Run = Run()
     recording: Recording = Recording()
+    ros2: Ros2 = Ros2()
     next_goals: tuple[Shape, ...] = ()
     """Goals that follow `goal` in a run, each when the rope rests at the one before it."""
     events: tuple[Event, ...] = ()

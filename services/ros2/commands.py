@@ -21,7 +21,8 @@ from shared.messages import (
     grip,
 )
 from shared.ros2.node import Node, Request
-from shared.ros2.types import SHAPE_ROPE, ros, wxyz, xyz
+from shared.ros2.table import Table
+from shared.ros2.types import ros, wxyz, xyz
 from shared.runtime.service import Inbox, Publication
 
 ANSWER_TIMEOUT = 3 * SECOND
@@ -35,14 +36,6 @@ TASK_ACTIONS = {
     "reset": TaskRequest.RESET,
 }
 """Requests to the run, by the name of their service."""
-TRIGGER = "std_srvs/srv/Trigger"
-INPUTS = (
-    ("goal", "geometry_msgs/msg/PoseArray", "goal: poses of both grips, or one for each node"),
-    ("collision_object", "moveit_msgs/msg/CollisionObject", "obstacles: boxes, spheres, cylinders"),
-    ("shape_rope", SHAPE_ROPE, "goal with feedback and result; a cancel stops the arms"),
-    *((name, TRIGGER, f"{name} the run") for name in TASK_ACTIONS),
-)
-"""Name, type and meaning of what commands the cell."""
 SOLIDS = {1: "box", 2: "sphere", 3: "cylinder"}
 """Shape of each type of shape_msgs/SolidPrimitive that becomes an obstacle."""
 ADD, REMOVE, MOVE = 0, 1, 3
@@ -67,10 +60,14 @@ class Commands:
     reads = (topics.TASK_STATE, topics.SCENE_STATE, topics.RUN_RESULT)
     writes = (topics.TASK_REQUEST, topics.SCENE_REQUEST)
 
-    def __init__(self, node: Node, session: str) -> None:
-        self._services = {name: node.service(name, TRIGGER) for name in TASK_ACTIONS}
-        self._goals = node.subscription("goal", "geometry_msgs/msg/PoseArray")
-        self._objects = node.subscription("collision_object", "moveit_msgs/msg/CollisionObject")
+    def __init__(self, node: Node, session: str, table: Table) -> None:
+        inputs = table.inputs
+        self._services = {n: node.service(inputs[n].name, inputs[n].type) for n in TASK_ACTIONS}
+        self._goals, self._objects = (
+            node.subscription(row.name, row.type, row.qos)
+            for row in (inputs["goal"], inputs["collision_object"])
+        )
+        self._world = table.settings.world_frame
         self._door = node.door
         self._session, self._count = session, 0
         self._pending: dict[str, Pending] = {}
@@ -83,10 +80,10 @@ class Commands:
                 self.request_task(TASK_ACTIONS[name], now, asked)
         for message in self._goals.take():
             with self._door.guard("ROS 2 goal"):
-                self.request_task(TaskRequest.SET_GOAL, now, goal=goal_of_poses(message))
+                self.request_task(TaskRequest.SET_GOAL, now, goal=self.goal_of(message))
         for message in self._objects.take():
             with self._door.guard("ROS 2 collision_object"):
-                for action, obstacle in scene_changes(message, _scene(inbox)):
+                for action, obstacle in scene_changes(message, _scene(inbox), self._world):
                     request = SceneRequest(
                         id=self._next(now, None), stamp=now, action=action, obstacle=obstacle
                     )
@@ -107,6 +104,10 @@ class Commands:
         request = TaskRequest(id=id, stamp=now, action=action, goal=goal)
         self._queued.append(Publication(topics.TASK_REQUEST, request))
         return self._pending[id]
+
+    def goal_of(self, message: Any) -> Goal:
+        """Return the goal of a message; see `goal_of_poses`."""
+        return goal_of_poses(message, self._world)
 
     def _next(self, now: int, asked: Request | None) -> str:
         """Id of a new request, whose answer is waited for."""
@@ -141,17 +142,19 @@ class Commands:
             self._door.refuse("ROS 2 request", message)
 
 
-def goal_of_poses(message: Any) -> Goal:
-    """Return the goal of a geometry_msgs/PoseArray in the world.
+def goal_of_poses(message: Any, world: str) -> Goal:
+    """Return the goal of a geometry_msgs/PoseArray in the frame `world`.
 
     Two poses are those of the grips, between which the rope rests. More are nodes from left to
     right; the first and the last one have the orientations of the grips.
 
     Raises:
-        ValueError: It has fewer than two poses or is not in the frame `world`.
+        ValueError: It has fewer than two poses or is in another frame.
     """
-    if message.header.frame_id not in ("", "world"):
-        raise ValueError(f"the goal is in the frame {message.header.frame_id!r}; give it in world")
+    if message.header.frame_id not in ("", world):
+        raise ValueError(
+            f"the goal is in the frame {message.header.frame_id!r}; give it in {world!r}"
+        )
     if len(message.poses) < 2:
         raise ValueError("a goal has the poses of both grips, or one for each node")
     places = np.array([xyz(p.position) for p in message.poses])
@@ -163,14 +166,16 @@ def goal_of_poses(message: Any) -> Goal:
     return Goal(positions=nodes, left=left, right=right)
 
 
-def scene_changes(message: Any, scene: Scene) -> Iterator[tuple[SceneRequest.Action, Obstacle]]:
+def scene_changes(
+    message: Any, scene: Scene, world: str
+) -> Iterator[tuple[SceneRequest.Action, Obstacle]]:
     """Yield the changes of the scene that a moveit_msgs/CollisionObject asks for.
 
     Raises:
-        ValueError: It is not in the world, or a shape has no counterpart.
+        ValueError: It is not in the frame `world`, or a shape has no counterpart.
     """
-    if message.header.frame_id not in ("", "world"):
-        raise ValueError(f"{message.id!r} is in {message.header.frame_id!r}; give it in world")
+    if message.header.frame_id not in ("", world):
+        raise ValueError(f"{message.id!r} is in {message.header.frame_id!r}; give it in {world!r}")
     mine = [o.name for o in scene.obstacles if o.name.partition(".")[0] == message.id]
     if message.operation == REMOVE:
         yield from ((SceneRequest.REMOVE, Obstacle(name=name)) for name in mine)

@@ -15,8 +15,6 @@ class Ros2Options:
     """Zenoh endpoint of ROS 2's router; where none answers, the node serves one there."""
     domain: int = field(default_factory=environment_domain)
     """Domain of the graph; by default ROS_DOMAIN_ID."""
-    ros_namespace: str = "/lariat"
-    """Namespace of the node and of its topics that are not common to all robots."""
     commands: bool = False
     """Whether ROS 2 nodes may set goals and obstacles, start, pause, stop and reset; arms are armed
     and resumed by a person at page or terminal in any case."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lariat.trajectory import SECOND
-from services.ros2.commands import Commands, Pending, goal_of_poses, task_state
+from services.ros2.commands import Commands, Pending, task_state
 from shared import topics
 from shared.messages import PAUSED, REACHED, RUNNING, TaskRequest, TaskState
 from shared.ros2.actions import ActionServer, ServerGoal, Status
@@ -22,8 +22,8 @@ FEEDBACK_PERIOD = SECOND // 5
 class RopeAction:
     """Server that executes one goal at a time; a new goal ends the former one."""
 
-    def __init__(self, node: Node, commands: Commands) -> None:
-        self._server = ActionServer(node, "shape_rope", SHAPE_ROPE)
+    def __init__(self, node: Node, commands: Commands, name: str) -> None:
+        self._server = ActionServer(node, name, SHAPE_ROPE)
         self._commands = commands
         self._door = node.door
         self._goal: ServerGoal | None = None
@@ -35,7 +35,7 @@ class RopeAction:
         """Take goals, and go on with the one that is executed."""
         for goal in self._server.take():
             with self._door.guard("ROS 2 shape_rope") as outcome:
-                message = goal_of_poses(goal.message.goal)
+                message = self._commands.goal_of(goal.message.goal)
             if outcome.refusal:
                 goal.reject()
                 continue

@@ -14,15 +14,11 @@ from shared.cell_description import cell_urdf
 from shared.door import Door
 from shared.frames import Frames
 from shared.ros2.node import Node, Publisher
-from shared.ros2.outputs import ROBOT_DESCRIPTION, Output, outputs, robot_description
-from shared.ros2.wire import LATCHED
+from shared.ros2.outputs import Output, robot_description
+from shared.ros2.table import Table
 from shared.runtime.service import Inbox, Publication
 from shared.topics import Topic
 
-PROCESSES = ("sim", "camera", "perception", "planner", "controller", "robot_gateway", "recorder")
-"""Processes whose health is shown."""
-DRAWN = ("rope", "truth", "goal", "prediction", "path", "obstacles")
-"""Names of the drawing's clouds, beside those of the cameras."""
 REFRESH_PERIOD = SECOND
 """Time after which fixed frames are published again [ns]."""
 
@@ -41,10 +37,11 @@ class Ros2Service:
         self.door = Door()
         self._options = options
         self._frames = Frames(scenario)
-        self._urdf = cell_urdf(scenario)
+        self._table = Table.of(scenario)
+        self._urdf = self._table.urdf(cell_urdf(scenario))
         self._outputs: dict[Topic, list[Output]] = {}
-        for output in outputs():
-            for source in _sources(output.source, scenario):
+        for output in self._table.outputs:
+            for source in self._table.sources(output.source):
                 self._outputs.setdefault(source, []).append(output)
         sources = {source.key: source for source in self._outputs}
         # Frames are computed here: a cell without recorder has no drawing.
@@ -55,6 +52,8 @@ class Ros2Service:
         self.writes = Commands.writes if options.commands else ()
         self._session = session
         self._publishers: dict[tuple[str, str], Publisher] = {}
+        self._due: dict[tuple[str, str], int] = {}
+        """Time of the next message of each publisher that has a largest rate [ns]."""
         self._node: Node | None = None
         self._commands: Commands | None = None
         self._action: RopeAction | None = None
@@ -67,8 +66,9 @@ class Ros2Service:
         Raises:
             BusError: No router answers, and none can be served.
         """
-        options = self._options
-        node = Node("lariat", options.ros_namespace, options.domain, options.router, self.door)
+        options, table = self._options, self._table
+        namespace = table.settings.namespace
+        node = Node("lariat", namespace, options.domain, options.router, self.door)
         self._node = node
         by_name: dict[str, Publisher] = {}
         for source, found in self._outputs.items():
@@ -78,18 +78,19 @@ class Ros2Service:
                     by_name[name] = node.publisher(name, output.type, output.qos)
                 self._publishers[source.key, output.name] = by_name[name]
         # A latched message lives as long as its publisher.
-        self._description = node.publisher(ROBOT_DESCRIPTION, "std_msgs/msg/String", LATCHED)
+        row = table.description
+        self._description = node.publisher(row.name, row.type, row.qos)
         self._description.put(robot_description(self._urdf))
         if options.commands:
-            self._commands = Commands(node, self._session)
-            self._action = RopeAction(node, self._commands)
+            self._commands = Commands(node, self._session, table)
+            self._action = RopeAction(node, self._commands, table.inputs["shape_rope"].name)
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Publish what is new to ROS 2, and pass on what it asks for."""
         for source, found in self._outputs.items():
             for message in self._new(inbox, source, now):
                 for output in found:
-                    self._publish(source, output, message)
+                    self._publish(source, output, message, now)
         if now - self._refreshed >= REFRESH_PERIOD:
             self._refreshed = now
         if self._commands is not None and self._action is not None:
@@ -116,27 +117,20 @@ class Ros2Service:
         elif (item := inbox.fresh(source)) is not None:
             yield item.message
 
-    def _publish(self, source: Topic, output: Output, message: object) -> None:
-        publisher = self._publishers[source.key, output.name]
-        if not publisher.matched:
+    def _publish(self, source: Topic, output: Output, message: object, now: int) -> None:
+        place = source.key, output.name
+        publisher = self._publishers[place]
+        if not publisher.matched or now < self._due.get(place, now):
             return
         with self.door.guard(f"{source.key} for ROS 2"):
-            converted = output.convert(message)
-            if converted is not None:
-                publisher.put(converted)
-
-
-def _sources(source: Topic, scenario: Scenario) -> list[Topic]:
-    """Concrete topics of a source of the table."""
-    if "{" not in source.key:
-        return [source]
-    cameras = [camera.name for camera in scenario.camera_setups]
-    names: Sequence[str] = cameras
-    if source in (topics.HEALTH, topics.LOG):
-        names = PROCESSES
-    elif source == topics.VIEW_POINTS:
-        names = (*DRAWN, *cameras)
-    return [source.at(name) for name in names]
+            converted = self._table.converted(output, message)
+            if converted is None:
+                return
+            publisher.put(converted)
+            if output.rate:
+                period = int(SECOND / output.rate)
+                # The mean rate is kept, whatever the steps.
+                self._due[place] = max(self._due.get(place, now), now - period) + period
 
 
 def build(scenario: Scenario, session: str, options: Ros2Options | None = None) -> Ros2Service:

@@ -7,7 +7,7 @@ other.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,6 +77,8 @@ class Output:
     """Quality of service."""
     recorded: bool = True
     """Whether exports of recordings have it as well."""
+    rate: float | None = None
+    """Largest rate at which it is published live [Hz]; without, that of the source."""
 
     def name_for(self, key: str) -> str:
         """Return the name for a concrete key of the source."""
@@ -131,15 +133,6 @@ def outputs() -> tuple[Output, ...]:
                "state of the run, error and clearance [m]", _task),
         Output(t.LOG, "/rosout", "rcl_interfaces/msg/Log", "log", _log),
     )  # fmt: skip
-
-
-def converted(table: tuple[Output, ...], key: str, message: Any) -> Iterator[tuple[Output, Any]]:
-    """Yield what stands for a message of a recording, each with its row of the table."""
-    for output in table:
-        if output.recorded and output.source.matches(key):
-            answer = output.convert(message)
-            if answer is not None:
-                yield output, answer
 
 
 def robot_description(urdf: str) -> Any:

@@ -23,6 +23,7 @@ from lariat.scenario.sections.quantities import (
     Vector,
 )
 from lariat.scenario.sections.rope import PlantRope, Rope
+from lariat.scenario.sections.ros2 import Ros2, Ros2Topic
 from lariat.scenario.sections.run import Event, Recording, Run
 from lariat.scenario.sections.scene import Obstacle, Region, Waypoint
 from lariat.scenario.sections.sensing import (
@@ -59,6 +60,8 @@ __all__ = [
     "Recording",
     "Region",
     "Rope",
+    "Ros2",
+    "Ros2Topic",
     "Run",
     "Sensing",
     "Shape",

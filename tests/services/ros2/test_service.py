@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 from lariat.configuration import ConfigurationError
 from lariat.scenario import Scenario, load
+from lariat.scenario.sections import Ros2, Ros2Topic
 from services.ros2.options import Ros2Options
 from services.ros2.service import Ros2Service
 from shared import topics
@@ -33,7 +35,7 @@ from shared.ros2.actions import ActionClient, Status
 from shared.ros2.node import Node
 from shared.ros2.outputs import outputs
 from shared.ros2.types import SHAPE_ROPE, header, pose, ros
-from shared.ros2.wire import LATCHED
+from shared.ros2.wire import LATCHED, Qos
 from shared.runtime.service import Mailbox, Publication, Received
 from shared.topics import Topic
 from tests.shared.cell import free_port, until
@@ -149,6 +151,43 @@ def test_frames_and_joints_follow_the_arms_without_a_recorder(bench: Bench):
     until(arrived)
     grip = next(t for t in got[0].transforms if t.child_frame_id == "right/grip")
     assert (grip.header.frame_id, grip.transform.translation.x) == ("world", 0.3)
+
+
+def test_names_frames_and_rates_are_those_of_the_scenario():
+    topics_ = {"rope/poses": Ros2Topic("/rope", rate=5.0), "goal": Ros2Topic("/goal_pose")}
+    settings = Ros2("/cell", "map", "lariat/", topics_)
+    bench = Bench(replace(load("three-cylinders"), ros2=settings))
+    try:
+        rope = bench.node.subscription("/rope", "geometry_msgs/msg/PoseArray", Qos(depth=100))
+        frames = bench.node.subscription("/tf", "tf2_msgs/msg/TFMessage", Qos(depth=100))
+        got: list[Any] = []
+        moved: list[Any] = []
+        arms = ArmStates(arms=[ArmState(arm="right", position=[0, 0, 0], orientation=[1, 0, 0, 0])])
+
+        def deliver() -> None:
+            bench.deliver(topics.ARM_STATE, arms)
+            bench.deliver(topics.ROPE_NODES, NodeChain(positions=[0, 0, 0, 1, 0, 0]))
+            bench.step()
+            got.extend(rope.take())
+            moved.extend(frames.take())
+
+        until(lambda: deliver() or (got and moved))
+        transform = moved[0].transforms[0]
+        assert transform.header.frame_id == "map"
+        assert transform.child_frame_id.startswith("lariat/")
+        assert got[0].header.frame_id == "map"
+        got.clear()
+        for _ in range(60):
+            deliver()
+        until(lambda: got.extend(rope.take()) or len(got) >= 9)
+        # Two seconds of steps at 30 Hz.
+        assert 9 <= len(got) <= 11
+        publisher = bench.node.publisher("/goal_pose", "geometry_msgs/msg/PoseArray")
+        until(lambda: publisher.matched)
+        publisher.put(goal((0, 0, 0.1), (0.3, 0, 0.1), frame="map"))
+        bench.until(lambda: bench.requests(TaskRequest))
+    finally:
+        bench.close()
 
 
 def test_who_comes_late_gets_the_description_of_the_robot(bench: Bench):

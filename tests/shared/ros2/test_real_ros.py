@@ -19,7 +19,8 @@ from cli.export.drawn_messages import drawn_messages
 from shared.recording import Recording
 from shared.ros2.actions import ActionServer, ServerGoal, Status
 from shared.ros2.node import Call
-from shared.ros2.outputs import converted, outputs
+from shared.ros2.outputs import outputs
+from shared.ros2.table import Table
 from shared.ros2.types import STORE, decoded, define_action, encoded, ros, type_hash
 from shared.ros2.wire import LATCHED
 from tests.cli.export.recorded import recording
@@ -68,9 +69,9 @@ def same(a: Any, b: Any) -> bool:
 def published(tmp_path: Path) -> dict[str, Any]:
     """A message of each type that a recording brings to ROS 2."""
     found = {}
-    table = outputs()
+    table = Table()
     for drawn in drawn_messages(Recording.open(recording(tmp_path, drawn=True))):
-        for output, message in converted(table, drawn.key, drawn.message):
+        for output, message in table.recorded(drawn.key, drawn.message):
             found[output.type] = message
     return found
 

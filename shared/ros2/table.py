@@ -1,0 +1,184 @@
+"""Table of the node's topics, services and actions, with the changes of a scenario's `[ros2]`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+from lariat.configuration import ConfigurationError
+from lariat.scenario import Scenario
+from lariat.scenario.sections import Ros2, Ros2Topic
+from lariat.suggestion import did_you_mean
+from shared import topics
+from shared.cell_description import WORLD_FRAME
+from shared.ros2.outputs import ROBOT_DESCRIPTION, Output, outputs
+from shared.ros2.types import SHAPE_ROPE, TRIGGER
+from shared.ros2.wire import LATCHED, Qos
+from shared.topics import Topic
+
+PROCESSES = ("sim", "camera", "perception", "planner", "controller", "robot_gateway", "recorder")
+"""Processes whose health is shown."""
+DRAWN = ("rope", "truth", "goal", "prediction", "path", "obstacles")
+"""Names of the drawing's clouds, beside those of the cameras."""
+PLACEHOLDER = "NAME"
+"""Part of a key that stands for the name of a camera or a curve."""
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """Topic, service or action that no topic of the bus stands behind."""
+
+    name: str
+    """Name in ROS 2."""
+    type: str
+    """Type."""
+    meaning: str
+    """What it tells or does."""
+    qos: Qos | None = None
+    """Quality of service of a topic."""
+
+
+DESCRIPTION = Endpoint(ROBOT_DESCRIPTION, "std_msgs/msg/String", "URDF", LATCHED)
+"""Topic of the cell's URDF."""
+INPUTS = (
+    Endpoint("goal", "geometry_msgs/msg/PoseArray",
+             "goal: poses of both grips, or one for each node", Qos()),
+    Endpoint("collision_object", "moveit_msgs/msg/CollisionObject",
+             "obstacles: boxes, spheres, cylinders", Qos()),
+    Endpoint("shape_rope", SHAPE_ROPE, "goal with feedback and result; a cancel stops the arms"),
+    *(Endpoint(name, TRIGGER, f"{name} the run") for name in ("start", "pause", "stop", "reset")),
+)  # fmt: skip
+"""What commands the cell."""
+
+Row = TypeVar("Row", Endpoint, Output)
+
+
+class Table:
+    """Names, frames, rates and qualities of one cell."""
+
+    def __init__(self, settings: Ros2 | None = None, cameras: tuple[str, ...] = ()) -> None:
+        """Create the table.
+
+        Args:
+            settings: The scenario's section.
+            cameras: Names of the cell's cameras.
+
+        Raises:
+            ConfigurationError: The section names what there is not, or one name for two topics.
+        """
+        self.settings = settings or Ros2()
+        self._cameras = cameras
+        rows = outputs()
+        keys = [shown(row.name) for row in (*rows, DESCRIPTION, *INPUTS)]
+        for key in self.settings.topics:
+            if key not in keys:
+                hint = did_you_mean(key, keys) or " lariat ros2 lists them"
+                raise ConfigurationError(f"unknown topic {key!r} in [ros2.topics];{hint}")
+        self.outputs = tuple(map(self._changed, rows))
+        self.description = self._changed(DESCRIPTION)
+        self.inputs = {row.name: self._changed(row) for row in INPUTS}
+        self._check_names(rows)
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Table:
+        """Return the table of a scenario's cell; see `Table`."""
+        return cls(scenario.ros2, tuple(camera.name for camera in scenario.camera_setups))
+
+    def sources(self, source: Topic) -> list[Topic]:
+        """Return the concrete topics of a source of the table."""
+        if "{" not in source.key:
+            return [source]
+        names = self._cameras
+        if source in (topics.HEALTH, topics.LOG):
+            names = PROCESSES
+        elif source == topics.VIEW_POINTS:
+            names = (*DRAWN, *self._cameras)
+        return [source.at(name) for name in names]
+
+    def frame(self, name: str) -> str:
+        """Return the name in ROS 2 of a frame of the cell; no name stays none."""
+        if name == WORLD_FRAME:
+            return self.settings.world_frame
+        return f"{self.settings.frame_prefix}{name}" if name else ""
+
+    def converted(self, output: Output, message: Any) -> Any | None:
+        """Return what stands for a message, with ROS 2's names of frames; None for nothing."""
+        answer = output.convert(message)
+        parts = [answer, *getattr(answer, "transforms", ()), *getattr(answer, "markers", ())]
+        for part in parts:
+            if hasattr(part, "header"):
+                part.header.frame_id = self.frame(part.header.frame_id)
+            if hasattr(part, "child_frame_id"):
+                part.child_frame_id = self.frame(part.child_frame_id)
+        return answer
+
+    def recorded(self, key: str, message: Any) -> Iterator[tuple[Output, Any]]:
+        """Yield what stands for a message of a recording, each with its row of the table."""
+        for output in self.outputs:
+            if output.recorded and output.source.matches(key):
+                answer = self.converted(output, message)
+                if answer is not None:
+                    yield output, answer
+
+    def urdf(self, text: str) -> str:
+        """Return a cell's URDF with ROS 2's name of the world."""
+        return text.replace(f'"{WORLD_FRAME}"', f'"{self.frame(WORLD_FRAME)}"')
+
+    def _changed(self, row: Row) -> Row:
+        key = shown(row.name)
+        change = self.settings.topics.get(key)
+        if change is None:
+            return row
+        quality = {
+            field: value
+            for field in ("reliable", "latched", "depth")
+            if (value := getattr(change, field)) is not None
+        }
+        if quality and row.qos is None:
+            raise ConfigurationError(
+                f"[ros2.topics.{key}] {next(iter(quality))}: a service or action has only a name; "
+                "remove it"
+            )
+        if row.qos is not None:
+            row = replace(row, qos=replace(row.qos, **quality))
+        if change.rate is not None:
+            row = self._with_rate(row, key, change)
+        if not change.name:
+            return row
+        filled = "{name}" if "{name}" in row.name else PLACEHOLDER
+        return replace(row, name=change.name.replace(PLACEHOLDER, filled))
+
+    @staticmethod
+    def _with_rate(row: Row, key: str, change: Ros2Topic) -> Row:
+        if not isinstance(row, Output):
+            raise ConfigurationError(
+                f"[ros2.topics.{key}] rate = {change.rate}: it is not published repeatedly; "
+                "remove rate"
+            )
+        return replace(row, rate=change.rate)
+
+    def _check_names(self, rows: tuple[Output, ...]) -> None:
+        """Check that no two topics get one name.
+
+        Raises:
+            ConfigurationError: Two have.
+        """
+        given = [(self.description.name, DESCRIPTION.name)]
+        given += [(row.name, default) for default, row in self.inputs.items()]
+        for before, row in zip(rows, self.outputs, strict=True):
+            for source in self.sources(row.source):
+                given.append((row.name_for(source.key), before.name_for(source.key)))
+        owners: dict[str, str] = {}
+        for name, default in given:
+            whole = name if name.startswith("/") else f"{self.settings.namespace}/{name}"
+            if owners.setdefault(whole, default) != default:
+                raise ConfigurationError(
+                    f"[ros2.topics] {owners[whole]} and {default} have one name, {whole!r}; give "
+                    "each its own"
+                )
+
+
+def shown(name: str) -> str:
+    """Return a name of the table as lists and scenarios have it."""
+    return name.replace("{name}", PLACEHOLDER)

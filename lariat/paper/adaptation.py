@@ -21,6 +21,7 @@ from jaxtyping import Bool, Float64
 
 from lariat.control.estimation.adaptation import ParameterEstimate
 from lariat.control.estimation.grip_errors import GripErrors
+from lariat.control.estimation.rope_observation import RopeObservation
 from lariat.control.estimation.state_estimator import StateEstimator
 from lariat.paper.xpbd import PARAMETERS, XpbdProperties, XpbdRod
 from lariat.rod import RodState, RolloutSpec
@@ -128,12 +129,7 @@ class PaperAdaptation:
         return shapes[-1] - shapes[0]
 
     def update(
-        self,
-        estimator: StateEstimator,
-        stamp: int,
-        nodes: Float64[np.ndarray, "n 3"],
-        sigma: Float64[np.ndarray, "n"],
-        observed: Bool[np.ndarray, "n"],
+        self, estimator: StateEstimator, rope: RopeObservation
     ) -> Float64[np.ndarray, "n 3"] | None:
         """Take in an observation, as of `Adaptation`; the change [m] once a horizon has passed.
 
@@ -144,15 +140,15 @@ class PaperAdaptation:
             self._begin(estimator)
             return None
         dt = self._settings.time_step
-        elapsed = (stamp - start.time) * 1e-9
+        elapsed = (rope.stamp - start.time) * 1e-9
         if elapsed < self._settings.horizon * dt:
             return None
         steps = round(elapsed / dt)
-        times = start.time + np.arange(steps + 1) * (stamp - start.time) // steps
+        times = start.time + np.arange(steps + 1) * (rope.stamp - start.time) // steps
         ends = np.stack([estimator.model_nodes_at(int(t))[[0, -1]] for t in times])
         actions = np.zeros((steps, 2, 6))
         actions[:, :, :3] = np.diff(ends, axis=0) / (elapsed / steps)
-        change = self.adapt(start.state, actions, elapsed / steps, nodes, observed)
+        change = self.adapt(start.state, actions, elapsed / steps, rope.nodes, rope.observed)
         self._begin(estimator)
         return change
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64
 
 from lariat.control.estimation.grip_errors import GripErrors
+from lariat.control.estimation.rope_observation import RopeObservation
 from lariat.control.estimation.state_estimator import StateEstimator
 
 
@@ -67,21 +68,13 @@ class Adaptation(Protocol):
         ...
 
     def update(
-        self,
-        estimator: StateEstimator,
-        stamp: int,
-        nodes: Float64[np.ndarray, "n 3"],
-        sigma: Float64[np.ndarray, "n"],
-        observed: Bool[np.ndarray, "n"],
+        self, estimator: StateEstimator, rope: RopeObservation
     ) -> Float64[np.ndarray, "n 3"] | None:
         """Take in an observation; change of the model's shape [m] when its properties change.
 
         Args:
             estimator: State estimator whose model gets the properties.
-            stamp: Time of the observation [ns].
-            nodes: Observed nodes [m].
-            sigma: Standard deviation of each node's position [m].
-            observed: Nodes that were seen, not bridged.
+            rope: The observation.
         """
         ...
 

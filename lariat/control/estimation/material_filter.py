@@ -24,6 +24,7 @@ from jaxtyping import Bool, Float64
 from lariat.control.estimation.adaptation import ParameterEstimate
 from lariat.control.estimation.material_filter_settings import MaterialFilterSettings
 from lariat.control.estimation.observation_mean import MAX_OBSERVATIONS, ObservationMean
+from lariat.control.estimation.rope_observation import RopeObservation
 from lariat.control.estimation.rope_unknowns import RopeUnknowns
 from lariat.control.estimation.shape_evidence import (
     ErrorScale,
@@ -137,12 +138,7 @@ class MaterialFilter:
         return self._unknowns.groups[group].start
 
     def update(
-        self,
-        estimator: StateEstimator,
-        stamp: int,
-        nodes: Float64[np.ndarray, "n 3"],
-        sigma: Float64[np.ndarray, "n"],
-        observed: Bool[np.ndarray, "n"],
+        self, estimator: StateEstimator, rope: RopeObservation
     ) -> Float64[np.ndarray, "n 3"] | None:
         """Take in an observation, as of `Adaptation`; the change [m] is that of the rest shape."""
         settings = self.settings
@@ -151,13 +147,13 @@ class MaterialFilter:
         if before is None or _displacement(before, estimator.motion) > settings.standing_distance:
             self._mean_motion = estimator.motion
             self._mean = ObservationMean()
-        self._mean.add(nodes, sigma, observed)
+        self._mean.add(rope.nodes, rope.sigma, rope.observed)
         speed = np.mean(np.linalg.norm(estimator.state.velocities, axis=1))
         self.standing = self._mean.count > 1 and bool(speed < settings.rest_speed)
-        elapsed = settings.update_period if self._updated is None else stamp - self._updated
+        elapsed = settings.update_period if self._updated is None else rope.stamp - self._updated
         if elapsed < (settings.update_period_at_rest if self.standing else settings.update_period):
             return None
-        self._updated, self._stated = stamp, None
+        self._updated, self._stated = rope.stamp, None
         used = self._mean.observed.copy()
         used[[0, -1]] = False
         if used.sum() < 5:
@@ -167,8 +163,8 @@ class MaterialFilter:
         told = self._converged if self.standing else self.settled
         if told and self._shape_evidence.any():
             return None
-        jacobian = self._jacobian(estimator, stamp)
-        error = self._mean.nodes - estimator.model_nodes_at(stamp)
+        jacobian = self._jacobian(estimator, rope.stamp)
+        error = self._mean.nodes - estimator.model_nodes_at(rope.stamp)
         node_speeds = np.linalg.norm(estimator.state.velocities, axis=1)
         noise = np.sqrt(self._mean.variance)
         # What is seen elsewhere than ever before may be wrong along the whole rope.

@@ -7,7 +7,9 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64
+
+from lariat.control.estimation.rope_observation import RopeObservation
 
 
 @dataclass(frozen=True)
@@ -65,34 +67,21 @@ class PredictionMonitor:
         if len(nodes) > 1:
             self._plans.append((start + len(nodes) * time_step, time_step, nodes[-2:]))
 
-    def observe(
-        self,
-        stamp: int,
-        nodes: Float64[np.ndarray, "n 3"],
-        sigma: Float64[np.ndarray, "n"],
-        observed: Bool[np.ndarray, "n"],
-    ) -> None:
-        """Compare an observation with the earliest horizon that ends after it.
-
-        Args:
-            stamp: Time of the observation [ns].
-            nodes: Observed nodes [m].
-            sigma: Standard deviation of each node's position along each axis [m].
-            observed: Nodes that were seen, not bridged.
-        """
-        while self._plans and self._plans[0][0] < stamp:
+    def observe(self, rope: RopeObservation) -> None:
+        """Compare an observation with the earliest horizon that ends after it."""
+        while self._plans and self._plans[0][0] < rope.stamp:
             self._plans.popleft()
-        if not self._plans or not np.any(observed):
+        if not self._plans or not np.any(rope.observed):
             return
         end, time_step, (before, last) = self._plans[0]
-        share = (end - stamp) / time_step
+        share = (end - rope.stamp) / time_step
         if share > 1.0:
             return
-        missed = (share * before + (1.0 - share) * last - nodes)[observed]
-        noise = 3.0 * float(np.mean(sigma[observed] ** 2))
+        missed = (share * before + (1.0 - share) * last - rope.nodes)[rope.observed]
+        noise = 3.0 * float(np.mean(rope.sigma[rope.observed] ** 2))
         square = max(float(np.mean(np.sum(missed**2, axis=1))) - noise, 0.0)
-        elapsed = 0.0 if self._observed_at is None else 1e-9 * (stamp - self._observed_at)
-        self._observed_at = stamp
+        elapsed = 0.0 if self._observed_at is None else 1e-9 * (rope.stamp - self._observed_at)
+        self._observed_at = rope.stamp
         gain = 1.0 - math.exp(-elapsed / self.settings.averaging_time)
         self._mean_square += gain * (square - self._mean_square)
         self._largest = max(self._largest, self._mean_square)

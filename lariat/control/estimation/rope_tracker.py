@@ -121,19 +121,17 @@ class RopeTracker:
         if self.p_wrong > MAX_P_WRONG or early or len(seen.nodes) != count:
             return None
         rope = self._registered(seen) if adapts else seen
-        estimator.observe(rope.stamp, rope.nodes, rope.sigma, rope.observed)
+        estimator.observe(rope)
         if estimator.diverged and resting:
             self._restart(estimator.motion, estimator.time, rope.nodes, estimator.turns)
         estimate = estimator.model_nodes_at(rope.stamp) + estimator.offset
         self.observed = np.where(rope.observed[:, None], rope.nodes, estimate)
-        self.predictions.observe(rope.stamp, rope.nodes, rope.sigma, rope.observed)
+        self.predictions.observe(rope)
         if np.any(rope.observed):
             # Bridged nodes alone are no observation of the rope.
             self.last_seen, self.image_stamp = now, rope.stamp
         if adapts:
-            change = self.adaptation.update(
-                estimator, rope.stamp, rope.nodes, rope.sigma, rope.observed
-            )
+            change = self.adaptation.update(estimator, rope)
             if change is not None:
                 apply_material(estimator, self.adaptation, change, moving=following)
         return rope

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.control.estimation.grip_errors import GripErrors
+from lariat.control.estimation.rope_observation import RopeObservation
 from lariat.geometry import poses
 from lariat.geometry.obstacles import chain_clearance
 from lariat.rod import (
@@ -335,35 +336,22 @@ class StateEstimator:
             RolloutSpec(state, action, dt / steps, steps=steps, obstacles=self.supports)
         ).final
 
-    def observe(
-        self,
-        stamp: int,
-        nodes: Float64[np.ndarray, "n 3"],
-        sigma: Float64[np.ndarray, "n"],
-        observed: Bool[np.ndarray, "n"],
-    ) -> None:
-        """Update the offset from an observation.
-
-        Args:
-            stamp: Time of the observation [ns].
-            nodes: Observed nodes [m].
-            sigma: Standard deviation of each node's position [m].
-            observed: Nodes that were seen, not bridged.
-        """
-        settings = self.settings
-        error = nodes - self.model_nodes_at(stamp)
+    def observe(self, rope: RopeObservation) -> None:
+        """Update the offset from an observation."""
+        settings, observed = self.settings, rope.observed
+        error = rope.nodes - self.model_nodes_at(rope.stamp)
         if np.any(observed):
             self.innovation = float(np.mean(np.linalg.norm(error - self.offset, axis=1)[observed]))
-        elapsed = 1.0 if self._observed_at is None else (stamp - self._observed_at) * 1e-9
+        elapsed = 1.0 if self._observed_at is None else (rope.stamp - self._observed_at) * 1e-9
         if elapsed <= 0.0:
             return
         self._variance += settings.offset_drift**2 * min(elapsed, settings.max_drift_time)
-        gain = self._variance / (self._variance + np.maximum(sigma, 1e-6) ** 2)
+        gain = self._variance / (self._variance + np.maximum(rope.sigma, 1e-6) ** 2)
         if self._observed_at is not None:
             gain = np.minimum(gain, 1.0 - np.exp(-elapsed / settings.min_offset_time_constant))
         # An outlier counts less.
         miss = np.linalg.norm(error - self.offset, axis=1)
-        deviation = np.sqrt(self._variance + sigma**2)
+        deviation = np.sqrt(self._variance + rope.sigma**2)
         typical = settings.outlier_distance + settings.outlier_deviations * deviation
         gain = gain * np.minimum(1.0, typical / np.maximum(miss, 1e-12))
         wanted = error if observed.all() else self._interpolated(error, observed)
@@ -371,7 +359,7 @@ class StateEstimator:
         self._variance = np.where(observed, (1.0 - gain) * self._variance, self._variance)
         # The end nodes are where the grips are.
         self.offset[[0, -1]] = 0.0
-        self._observed_at = stamp
+        self._observed_at = rope.stamp
 
     @property
     def diverged(self) -> bool:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64
 
+from lariat.control.estimation.rope_observation import RopeObservation
 from lariat.control.estimation.state_estimator import EstimatorSettings, StateEstimator
 from lariat.protocols import EstimatorSetup, NodeObservation
 from lariat.protocols import StateEstimator as StateEstimatorProtocol
@@ -63,19 +64,12 @@ class EstimatorAdapter(StateEstimator):
         super().advance(motion, time)
         self._take(None)
 
-    def observe(
-        self,
-        stamp: int,
-        nodes: Float64[np.ndarray, "n 3"],
-        sigma: Float64[np.ndarray, "n"],
-        observed: Bool[np.ndarray, "n"],
-    ) -> None:
-        if np.any(observed):
-            error = nodes - self.model_nodes_at(stamp) - self.offset
-            self.innovation = float(np.mean(np.linalg.norm(error, axis=1)[observed]))
-        self._take(
-            NodeObservation(stamp * NANOSECONDS, nodes.copy(), sigma.copy(), observed.copy())
-        )
+    def observe(self, rope: RopeObservation) -> None:
+        if np.any(rope.observed):
+            error = rope.nodes - self.model_nodes_at(rope.stamp) - self.offset
+            self.innovation = float(np.mean(np.linalg.norm(error, axis=1)[rope.observed]))
+        arrays = (array.copy() for array in (rope.nodes, rope.sigma, rope.observed))
+        self._take(NodeObservation(rope.stamp * NANOSECONDS, *arrays))
 
     def _take(self, observation: NodeObservation | None) -> None:
         """Take the estimated nodes as the offset from the rod's."""

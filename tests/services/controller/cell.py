@@ -9,6 +9,7 @@ from jaxtyping import Float64
 
 from lariat.control.estimation.adaptation import apply_material
 from lariat.control.estimation.material_filter import MaterialFilter
+from lariat.control.estimation.rope_observation import RopeObservation
 from lariat.control.estimation.state_estimator import StateEstimator
 from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
 from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
@@ -137,9 +138,11 @@ class Cell:
         while self._images and self._images[0][0] <= self.now:
             _, stamp, nodes = self._images.pop(0)
             sigma, observed = np.full(COUNT, self.noise), np.ones(COUNT, dtype=bool)
-            self.estimator.observe(stamp, nodes, sigma, observed)
+            self.estimator.observe(RopeObservation(stamp, nodes, sigma, observed))
             if not self.adapts:
                 continue
-            change = self.adaptation.update(self.estimator, stamp, nodes, sigma, observed)
+            change = self.adaptation.update(
+                self.estimator, RopeObservation(stamp, nodes, sigma, observed)
+            )
             if change is not None:
                 apply_material(self.estimator, self.adaptation, change, moving=True)

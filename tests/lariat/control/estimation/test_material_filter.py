@@ -10,6 +10,7 @@ import pytest
 from lariat.control.estimation.adaptation import apply_material
 from lariat.control.estimation.grip_errors import GripErrors
 from lariat.control.estimation.material_filter import MaterialFilter
+from lariat.control.estimation.rope_observation import RopeObservation
 from lariat.control.estimation.state_estimator import StateEstimator
 from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle, pack
@@ -69,7 +70,9 @@ def test_unobserved_nodes_leave_the_given_properties() -> None:
     cell = Cell()
     hidden = np.zeros(len(cell.rope.positions), dtype=bool)
     far = cell.rope.positions + 0.05
-    change = adaptation.update(cell.estimator, cell.now, far, np.zeros(len(far)), hidden)
+    change = adaptation.update(
+        cell.estimator, RopeObservation(cell.now, far, np.zeros(len(far)), hidden)
+    )
     assert change is None
     profiles = adaptation.profiles.values()
     estimates = [*adaptation.scalars.values(), *(e for row in profiles for e in row)]
@@ -92,11 +95,11 @@ def test_one_bad_image_changes_the_stiffness_little() -> None:
     sigma, observed = np.full(len(seen), 1e-3), np.ones(len(seen), dtype=bool)
     now = cell.now
     for _ in range(10):
-        adaptation.update(cell.estimator, now, seen, sigma, observed)
+        adaptation.update(cell.estimator, RopeObservation(now, seen, sigma, observed))
         now += 500_000_000
     before = adaptation.bending_stiffness
     bad = seen + np.linspace(0.0, 0.1, len(seen))[:, None]
-    adaptation.update(cell.estimator, now, bad, sigma, observed)
+    adaptation.update(cell.estimator, RopeObservation(now, bad, sigma, observed))
     assert abs(np.log(adaptation.bending_stiffness / before)) < 0.2
 
 
@@ -117,8 +120,8 @@ def test_stiffness_of_a_hanging_rope_is_found_before_it_is_moved(factor: float) 
         now += 40_000_000
         estimate.advance(arm, now)
         seen = rope + sigma[:, None] * random.normal(size=rope.shape)
-        estimate.observe(now, seen, sigma, observed)
-        change = adaptation.update(estimate, now, seen, sigma, observed)
+        estimate.observe(RopeObservation(now, seen, sigma, observed))
+        change = adaptation.update(estimate, RopeObservation(now, seen, sigma, observed))
         if change is not None:
             apply_material(estimate, adaptation, change, moving=False)
     assert adaptation.settled
@@ -129,7 +132,7 @@ def test_stiffness_of_a_hanging_rope_is_found_before_it_is_moved(factor: float) 
     for _ in range(40):
         now += 100_000_000
         seen = rope + sigma[:, None] * random.normal(size=rope.shape)
-        adaptation.update(estimate, now, seen, sigma, observed)
+        adaptation.update(estimate, RopeObservation(now, seen, sigma, observed))
     assert adaptation.standard_deviation > 0.9 * before
 
 
@@ -155,8 +158,8 @@ def test_grips_that_hold_the_rope_off_their_place_do_not_bias_the_stiffness(fact
             now += 40_000_000
             seen = rope + sigma[:, None] * random.normal(size=rope.shape)
             estimate.advance(held, now)
-            estimate.observe(now, seen, sigma, observed)
-            change = adaptation.update(estimate, now, seen, sigma, observed)
+            estimate.observe(RopeObservation(now, seen, sigma, observed))
+            change = adaptation.update(estimate, RopeObservation(now, seen, sigma, observed))
             if change is not None:
                 apply_material(estimate, adaptation, change, moving=False)
         now += 1_000_000_000
@@ -180,7 +183,9 @@ def test_rope_that_leans_on_a_support_tells_less_of_its_stiffness() -> None:
         adaptation = MaterialFilter(PROPERTIES)
         sigma, observed = np.full(COUNT, 1e-4), np.ones(COUNT, dtype=bool)
         for k in range(4):
-            adaptation.update(cell.estimator, cell.now + 10 * k * STEP, nodes, sigma, observed)
+            adaptation.update(
+                cell.estimator, RopeObservation(cell.now + 10 * k * STEP, nodes, sigma, observed)
+            )
         deviations.append(adaptation.standard_deviation)
     assert deviations[1] > 1.5 * deviations[0], deviations
 
@@ -213,8 +218,8 @@ def test_model_does_not_fall_out_of_the_shape_in_which_the_rope_stands(
         now = 100_000_000 * (k + 1)
         estimator.advance(motion, now)
         image = seen + random.normal(scale=1e-3, size=seen.shape)
-        estimator.observe(now, image, sigma, observed)
-        change = adaptation.update(estimator, now, image, sigma, observed)
+        estimator.observe(RopeObservation(now, image, sigma, observed))
+        change = adaptation.update(estimator, RopeObservation(now, image, sigma, observed))
         if change is not None:
             apply_material(estimator, adaptation, change, moving=False)
         assert polylines.mean_node_distance(estimator.state.positions, seen) < 0.01

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lariat.control.estimation.prediction_monitor import PredictionMonitor
+from lariat.control.estimation.rope_observation import RopeObservation
 
 COUNT, HORIZON, STEP = 20, 5, 50_000_000
 LINE = np.stack([np.linspace(-0.2, 0.2, COUNT), *np.zeros((2, COUNT))], axis=1)
@@ -28,7 +29,7 @@ def watched(
         true = LINE + 1e-9 * now * VELOCITY
         noisy = true + noise * random.normal(size=true.shape)
         noisy[~observed] += 0.1
-        monitor.observe(now, noisy, np.full(COUNT, noise), observed)
+        monitor.observe(RopeObservation(now, noisy, np.full(COUNT, noise), observed))
     return monitor
 
 
@@ -51,7 +52,7 @@ def test_nodes_that_were_not_seen_do_not_count() -> None:
 def test_largest_deviation_stays_until_the_next_path() -> None:
     monitor = watched(0.008)
     largest = monitor.max_deviation
-    monitor.observe(2_100_000_000, LINE + 2.1 * VELOCITY, np.zeros(COUNT), SEEN)
+    monitor.observe(RopeObservation(2_100_000_000, LINE + 2.1 * VELOCITY, np.zeros(COUNT), SEEN))
     assert monitor.max_deviation >= largest > 0.007
     monitor.begin_path()
     assert (monitor.deviation, monitor.max_deviation) == (0.0, 0.0)
@@ -60,5 +61,5 @@ def test_largest_deviation_stays_until_the_next_path() -> None:
 def test_predictions_of_a_motion_that_was_stopped_do_not_count() -> None:
     monitor = watched(0.0)
     monitor.drop_predictions()
-    monitor.observe(2_000_000_000, LINE, np.zeros(COUNT), SEEN)
+    monitor.observe(RopeObservation(2_000_000_000, LINE, np.zeros(COUNT), SEEN))
     assert monitor.deviation < 1e-6

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.control.estimation.grip_errors import GripErrors
+from lariat.control.estimation.rope_observation import RopeObservation
 from lariat.control.estimation.state_estimator import StateEstimator
 from lariat.geometry import polylines
 from lariat.rod import Rod, RodProperties, RodState, add_turns, count_turns, state_along
@@ -69,7 +70,7 @@ def test_offset_of_hidden_nodes_is_interpolated_between_seen_ones() -> None:
     # Whatever an observation says of nodes that were not seen.
     nodes[9:15] += 0.1
     for k in range(60):
-        estimator.observe(k * 40_000_000, nodes, np.full(24, 1e-3), observed)
+        estimator.observe(RopeObservation(k * 40_000_000, nodes, np.full(24, 1e-3), observed))
     np.testing.assert_allclose(estimator.offset[5:19], np.tile(shift, (14, 1)), atol=3e-4)
 
 
@@ -81,7 +82,7 @@ def test_image_is_compared_with_the_model_at_its_own_time() -> None:
         seen = estimator.nodes
         estimator.advance(MotionState.at_rest(*NEAR) if k < 5 else aside, 20_000_000 * k)
     assert np.linalg.norm(estimator.nodes - seen, axis=1).max() > 0.02
-    estimator.observe(80_000_000, seen, np.full(24, 1e-4), ALL)
+    estimator.observe(RopeObservation(80_000_000, seen, np.full(24, 1e-4), ALL))
     assert np.abs(estimator.offset).max() < 1e-6
 
 

@@ -124,7 +124,7 @@ class MujocoPlant:
         mujoco.mj_forward(self._model, self._state)
         self._relax()
         self._settle()
-        if self._model.nplastic:
+        if self._rope.rope.layers:
             # The rope keeps nothing of the shapes on its way from the guess.
             self._state.plastic[:] = 0.0
             self._settle()

@@ -106,7 +106,7 @@ def solve(
                         w[d + k] = 0.0
             h = hessian_index(ni, rod, step)
             rear = transposed_index(ni, rod, step)
-            if newton and real > 0.0:
+            if real == 1.0:
                 h, rear = rear, h
             v = load3(w, d + 3 * first)
             v_next = load3(w, d + 3 * ti.min(first + 1, end - 1))
@@ -128,28 +128,25 @@ def solve(
                 v_next = v
                 v = before
                 store(w, d + 3 * j, v)
-            # Cholesky row by row; the right-hand side is one row more, multiplied by L^-1.
+            # L U of the transposed matrix, row by row; the right-hand side is one row of L more.
             a = ti.min(c, count)
             row = matrix + capacity * a
             for b in range(count):
-                if b <= a:
-                    entry = entries + SELF_CONTACT_WIDTH * b
-                    value = normal_separation(w, entry, d)
-                    if a == b:
-                        value += w[entry + SelfContact.COMPLIANCE]
-                    for k in range(b):
-                        value -= w[row + k] * w[matrix + capacity * b + k]
-                    if a == b:
-                        w[row + b] = ti.sqrt(ti.max(value, 1e-300))
-                    else:
-                        w[row + b] = value / w[matrix + capacity * b + b]
+                entry = entries + SELF_CONTACT_WIDTH * b
+                value = normal_separation(w, entry, d)
+                if a == b:
+                    value += w[entry + SelfContact.COMPLIANCE]
+                for k in range(ti.min(a, b)):
+                    value -= w[row + k] * w[matrix + capacity * k + b]
+                if b < a:
+                    value /= w[matrix + capacity * b + b]
+                w[row + b] = value
             if c >= count:
                 for back in range(count):
                     b = count - 1 - back
-                    value = w[forces + b]
+                    force = w[forces + b]
                     for k in range(b + 1, count):
-                        value -= w[matrix + capacity * k + b] * w[forces + k]
-                    force = value / w[matrix + capacity * b + b]
+                        force -= w[matrix + capacity * k + b] * w[forces + k]
                     w[forces + b] = force
                     for k in range(3 * first, 3 * end):
                         w[d + k] = w[d + k] - force * w[columns + width * b + k]

@@ -186,17 +186,9 @@ def prepare(
 def _friction_pairs(
     model: ImplicitRodModel, rows: Float64[np.ndarray, "m 18"], constants: Constants
 ) -> int:
-    """Return the number of slips; zero where no body has friction.
-
-    Raises:
-        ValueError: Friction is not there beside self-contact.
-    """
+    """Return the number of slips; zero where no body has friction."""
     if not np.any(rows[:, ObstacleRow.FRICTION]):
         return 0
-    if model.self_contact:
-        raise ValueError(
-            "friction of obstacles is not there beside self_contact=True; leave out one of them"
-        )
     samples = int(constants.integers[Header.CONTACT_SAMPLES - MODEL_HEADER.start])
     return len(rows) * (model.node_count - 1) * samples
 

@@ -65,8 +65,3 @@ class Plant:
             raise ValueError(
                 f"slip: the rope of model = {self.model!r} cannot leave a grip; use model = 'links'"
             )
-        if self.model == "rod" and self.self_contact and self.friction:
-            raise ValueError(
-                f"friction: the model 'rod' has none beside self_contact, got {self.friction:g}; "
-                "leave out one of them"
-            )

@@ -212,8 +212,6 @@ def test_friction_out_of_its_range_is_refused(rod: Rod, dragged: RodState) -> No
     spec = RolloutSpec(dragged, np.zeros((1, 2, 6)), STEP, obstacles=scene())
     with pytest.raises(ValueError, match=r"friction of 'half_space' must be zero or more, got -1"):
         scene(table=-1.0)
-    with pytest.raises(ValueError, match="friction of obstacles is not there beside self_contact"):
-        Rod(PROPERTIES, 16, right="free", self_contact=True).rollout(spec)
     with pytest.raises(ValueError, match=r"there are 2 obstacles, got 'friction\[2\]'"):
         rod.gradient(spec, np.zeros((1, 16, 3)), ("friction[2]",))
     with pytest.raises(ValueError, match="belongs to an obstacle"):

@@ -328,9 +328,6 @@ def test_friction_of_a_support_reaches_the_model_by_the_bus_and_by_the_file() ->
     assert obstacle_entry(body)["friction"] == 0.4
     with pytest.raises(ConfigurationError, match=r"friction = 0\.4 has no effect without support"):
         parse(SMALLEST + support.replace("support = true\n", ""), FOLDER)
-    strands = '[plant]\nmodel = "rod"\nself_contact = true\nfriction = 0.3\n'
-    with pytest.raises(ConfigurationError, match="model 'rod' has none beside self_contact"):
-        parse(SMALLEST + strands, FOLDER)
 
 
 def test_a_cable_yields_as_its_data_sheet_says() -> None:

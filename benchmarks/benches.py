@@ -44,15 +44,10 @@ BENCHES: dict[str, Bench] = {
     ),
     "faults holds": Bench("benchmarks.faults.holds", "HOLD of a page that others attack"),
     "faults chunks": Bench("benchmarks.faults.chunks", "the gateway's tick with longest chunks"),
-    "faults network": Bench(
-        "benchmarks.faults.network", "runs while messages are lost or late, or clocks differ"
-    ),
-    "faults resets": Bench("benchmarks.faults.resets", "every scenario run, reset and run again"),
     "faults machines": Bench("benchmarks.faults.machines", "two machines, their line cut, healed"),
     "faults recordings": Bench(
         "benchmarks.faults.recordings", "what a recording loses when its stack is stopped or killed"
     ),
-    "faults compose": Bench("benchmarks.faults.compose", "every scenario in containers"),
     "speed run": Bench(
         "benchmarks.speed.headless", "a headless run by process, or two clones in turn"
     ),

@@ -118,13 +118,12 @@ class Urdf:
         if link != self.root and link not in above:
             raise ValueError(f"the URDF has no link {link!r}")
         found: list[Joint] = []
-        while link in above:
-            joint = above[link]
-            if joint in found:
-                raise ValueError(f"joint {joint.name!r} of the URDF is part of a circle")
-            found.insert(0, joint)
+        while joint := above.pop(link, None):
+            found.append(joint)
             link = joint.parent
-        return tuple(joint for joint in found if joint.type in MOVING_JOINTS)
+        if any(link == joint.child for joint in found):
+            raise ValueError(f"joint {found[-1].name!r} of the URDF is part of a circle")
+        return tuple(joint for joint in reversed(found) if joint.type in MOVING_JOINTS)
 
     def link_poses(
         self, joints: Sequence[Joint], values: Sequence[float]

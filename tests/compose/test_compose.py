@@ -10,15 +10,18 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.faults.compose import ComposeProject
+from lariat.scenario.shipped import shipped_names
 from shared import topics
 from shared.messages import RunState
 from shared.recording import Recording
+from tests.compose.project import ComposeProject
 
 RECORDING_TIMEOUT = 60.0
 """Longest wait for the end of a run in its recording [s]."""
 POLL_PERIOD = 2.0
 """Time between two looks at the recordings [s]."""
+ALWAYS = ("three-cylinders", "fixed-end")
+"""Scenarios that are run each time: one without and one with a CR5."""
 FILES = (Path("docker-compose.yml"), Path("tests/compose/compose.ci.yml"))
 
 
@@ -51,9 +54,14 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], 
     del os.environ["LARIAT_WHEELS"]
 
 
-@pytest.fixture(params=["three-cylinders", "fixed-end"])
+@pytest.fixture(
+    params=[
+        pytest.param(name, marks=() if name in ALWAYS else pytest.mark.slow)
+        for name in shipped_names()
+    ]
+)
 def scenario(request: pytest.FixtureRequest) -> str:
-    """One scenario without and one with a CR5."""
+    """Each shipped scenario."""
     return request.param
 
 
@@ -85,6 +93,11 @@ def test_a_goal_is_reached_and_recorded_in_containers(
         states = recorded_states(compose, scenario, tmp_path / f"{time.monotonic():.0f}")
     assert RunState.Value("RUNNING") in states
     assert RunState.Value("REACHED") in states
+
+    if scenario not in ALWAYS:
+        # A controller that is frozen is replaced, and the arms hold.
+        compose.freeze("controller")
+        assert (compose.status().get("arms") or {}).get("mode") in ("holding", "armed")
 
 
 def recorded_states(compose: ComposeProject, scenario: str, folder: Path) -> list[int]:

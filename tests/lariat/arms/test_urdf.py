@@ -50,6 +50,20 @@ def test_a_sliding_joint_moves_along_its_axis(tmp_path: Path):
     np.testing.assert_allclose(pose.position, [0.0, 0.25, 1.0])
 
 
+def test_longest_chain_that_a_file_may_hold_is_followed_and_no_circle(tmp_path: Path):
+    """Of a size that took minutes where each joint was compared with all others."""
+    path, count = tmp_path / "long.urdf", 30_000
+    links = "".join(f'<link name="{k}"/>' for k in range(count + 1))
+    joint = '<joint name="j{}" type="fixed"><parent link="{}"/><child link="{}"/></joint>'
+    joints = "".join(joint.format(k, k, k + 1) for k in range(count))
+    path.write_text(f'<robot name="long">{links}{joints}</robot>')
+    assert Urdf(path).chain(str(count)) == ()
+    circle = joint.format("back", count, 5)
+    path.write_text(f'<robot name="circle">{links}{joints}{circle}</robot>')
+    with pytest.raises(ValueError, match="joint 'jback' of the URDF is part of a circle"):
+        Urdf(path).chain(str(count))
+
+
 @pytest.mark.parametrize("robot", [UR5, PANDA], ids=lambda robot: robot.name)
 def test_joints_beside_the_way_to_the_flange_do_not_count(robot: Robot):
     arm, kinematics = Urdf(robot.path), UrdfKinematics(robot.path, robot.flange, STILL, STILL)

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
-from benchmarks.faults.clock_offsets import CLOCK_OFFSETS, HOUR, with_clock_offsets
 from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import Scene
 from shared.runtime.service import Inbox, Publication, Received
 from stack import services
+from tests.closed_loop.bad_network import CLOCK_OFFSETS, HOUR, with_clock_offsets
 
 
 class Listener:

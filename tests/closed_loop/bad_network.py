@@ -1,8 +1,9 @@
-"""Services whose clocks differ, as on machines whose clocks nobody has set."""
+"""Networks that lose, double and delay messages, and services whose clocks differ."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import random
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,19 +11,34 @@ from lariat.trajectory import SECOND
 from shared.messages import Message
 from shared.runtime.service import Inbox, Publication, Received, Service
 from shared.topics import Topic
+from stack.simulation.simulated_time import Delivery
 
-HOUR = 3600 * SECOND
-"""Duration of an hour [ns]."""
+MILLISECOND, HOUR = SECOND // 1000, 3600 * SECOND
+CUT = range(4 * SECOND, 5 * SECOND)
+"""Simulated time in which a cut network passes nothing [ns]; the arms move then."""
+
+CONDITIONS: dict[str, Callable[[random.Random, Delivery], tuple[int, ...]]] = {
+    "lost-1": lambda rng, _: () if rng.random() < 0.01 else (0,),
+    "lost-10": lambda rng, _: () if rng.random() < 0.1 else (0,),
+    "lost-50": lambda rng, _: () if rng.random() < 0.5 else (0,),
+    "doubled": lambda rng, _: (0, rng.randrange(30 * MILLISECOND)) if rng.random() < 0.3 else (0,),
+    "delayed-20": lambda rng, _: (20 * MILLISECOND,),
+    "delayed-100": lambda rng, _: (100 * MILLISECOND,),
+    "reordered-20": lambda rng, _: (rng.randrange(20 * MILLISECOND),),
+    "reordered-80": lambda rng, _: (rng.randrange(80 * MILLISECOND),),
+    "cut": lambda _, delivery: () if delivery.received in CUT else (0,),
+}
+"""Delays of a message's copies [ns] by the network's name: percent of the messages, or [ms]."""
 CLOCK_OFFSETS: dict[str, dict[str, int]] = {
     "clock-controller": {"controller": HOUR},
     "clock-gateway": {"robot_gateway": HOUR},
     "clock-planner": {"planner": HOUR},
     "clock-perception": {"perception": HOUR},
-    "clock-camera-20ms": {"sim": 20_000_000},
+    "clock-camera-20ms": {"sim": 20 * MILLISECOND},
     "clock-camera-ahead": {"sim": HOUR},
     "clock-camera-behind": {"sim": -HOUR},
 }
-"""Conditions by name: by how much the clocks of which services are ahead of all others [ns].
+"""By how much the clocks of which services are ahead of all others [ns], by name.
 
 A process reads the wall clock once, at its start, so that a clock that is set while a cell runs is
 seen as such an offset between processes that started before and after.

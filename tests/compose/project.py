@@ -1,7 +1,4 @@
-"""Scenarios in containers, from `up` through their goal to `down`: `lariat bench faults compose`.
-
-It needs a container engine, builds the images, and leaves nothing behind but them.
-"""
+"""Project of containers in which a scenario is brought up, run to its goal and brought down."""
 
 from __future__ import annotations
 
@@ -9,21 +6,13 @@ import json as encoder
 import os
 import subprocess
 import time
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-
-from benchmarks.campaign import Campaign
-from benchmarks.tables import report
-from lariat.configuration import ConfigurationError
-from lariat.scenario.shipped import shipped_names
 
 ROOT = Path(__file__).parents[2]
 """Folder of the clone, with its compose file."""
 COMMAND_TIMEOUT = 120.0
 """Longest duration of a verb in its container [s]."""
-BUILD_TIMEOUT = 3600.0
-"""Longest duration of the build of all images [s]."""
 HEALTHY_TIMEOUT = 300.0
 """Longest wait for all containers to be healthy [s]."""
 START_TIMEOUT = 60.0
@@ -36,39 +25,9 @@ POLL_PERIOD = 2.0
 """Time between two looks at a run [s]."""
 OPERATOR_VERB = 'exec nice -n 19 lariat "$@" --mode client --connect tls/router:7448'
 """Command of the shell that runs one verb in the operator's container, beside the credentials."""
-PROJECT = "lariat-bench"
-"""Name of the project."""
 NICENESS = 19
 """Niceness of the engine's command line: the containers of a cell may together weigh as much as
 one process of it."""
-
-
-@dataclass(frozen=True)
-class ComposeSpec:
-    """One scenario in containers."""
-
-    scenario: str
-    """Name of the scenario."""
-    freeze: bool
-    """Whether a controller is frozen after the run."""
-
-
-@dataclass(frozen=True)
-class ComposeTrial:
-    """Outcome of one scenario in containers."""
-
-    spec: ComposeSpec
-    """Specification."""
-    healthy_s: float | None = None
-    """Time from `up` until every container was healthy; None if that never came."""
-    reached: bool = False
-    """Whether the goal was reached."""
-    replaced_s: float | None = None
-    """Time until a frozen controller was replaced and the arms held; None if it was not tried."""
-    left_behind: list[str] = field(default_factory=list)
-    """Containers, networks and volumes that `down --volumes` left."""
-    problem: str = ""
-    """What went wrong, in words."""
 
 
 class ComposeProject:
@@ -206,72 +165,6 @@ class ComposeProject:
             )
             left += [f"{kind} {name}" for name in listed.stdout.split()]
         return left
-
-
-def run(
-    scenario: tuple[str, ...] = (),
-    file: tuple[Path, ...] = (Path("docker-compose.yml"),),
-    results: Path = Path("compose-trials.jsonl"),
-    freeze: bool = True,
-    build: bool = True,
-    port: int = 18080,
-    json: bool = False,
-) -> int:
-    """Bring up scenarios in containers, run them to their goal, and bring them down.
-
-    A finished trial is kept in a file and not repeated: call again to go on after an interruption.
-
-    Examples:
-      lariat bench faults compose
-      lariat bench faults compose --scenario fixed-end two-arms --results /tmp/trials.jsonl
-
-    Args:
-        scenario: Names of shipped scenarios; by default all of them.
-        file: Compose files.
-        results: File of the finished trials, one JSON object a line.
-        freeze: Whether a controller is frozen after the run; it must be replaced, and the arms must
-            hold.
-        build: Whether images are built first.
-        port: Port of the dashboard on this machine.
-        json: Print one JSON object instead of a table.
-
-    Returns:
-        0 if every scenario came up, reached its goal and left nothing, else 1.
-    """
-    chosen = scenario or shipped_names()
-    if build:
-        project = ComposeProject(PROJECT, file, chosen[0], port)
-        built = project("--profile", "cli", "build", timeout=BUILD_TIMEOUT)
-        if built.returncode:
-            raise ConfigurationError(f"docker compose build fails: {built.stderr[-2000:]}")
-
-    def attempt(spec: ComposeSpec) -> ComposeTrial:
-        return trial(ComposeProject(PROJECT, file, spec.scenario, port), spec)
-
-    campaign = Campaign(attempt, ComposeTrial, lambda t: f"{t.spec.scenario}: {t.problem or 'ok'}")
-    trials = campaign.trials([ComposeSpec(name, freeze) for name in chosen], results)
-    words = "healthy: from `docker compose up`, images built; replaced: frozen process"
-    report(trials, words, json=json)
-    return 0 if all(t.reached and not t.left_behind and not t.problem for t in trials) else 1
-
-
-def trial(project: ComposeProject, spec: ComposeSpec) -> ComposeTrial:
-    """Bring a scenario up, run it and bring it down."""
-    healthy, reached, replaced, problem = None, False, None, ""
-    try:
-        healthy = round(project.up(), 1)
-        project.start_run()
-        project.await_goal()
-        reached = True
-        if spec.freeze:
-            replaced = round(project.freeze("controller"), 1)
-            arms = project.status().get("arms") or {}
-            if arms.get("mode") not in ("holding", "armed"):
-                problem = f"the arms do not hold after the controller was replaced: {arms}"
-    except (TimeoutError, subprocess.TimeoutExpired, ValueError) as error:
-        problem = str(error)
-    left = project.down()
-    return ComposeTrial(spec, healthy, reached, replaced, left, problem)
 
 
 def _inspect(container: str, template: str) -> str:

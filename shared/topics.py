@@ -204,6 +204,8 @@ ARM_STATE = Topic(
     "arm/state", ArmStates, "robot_gateway", "every", urgent=True, tolerance={"arms": 1e-7}
 )
 ARM_COMMAND = Topic("arm/command", ArmCommand, "dashboard, lariat", "every", urgent=True)
+# Every message of it is a hold, whatever its action: a right to stop that cannot move anything.
+ARM_HOLD = Topic("arm/hold", ArmCommand, "ros2", "every", urgent=True)
 ARM_CONSENT = Topic("arm/consent", Consent, "dashboard, lariat", "every", urgent=True)
 RUN_RESULT = Topic(
     "run/result",

@@ -73,6 +73,11 @@ def command_of(item: Received) -> OperatorCommand:
     )
 
 
+def hold_of(item: Received) -> OperatorCommand:
+    """Return the hold of a message of `arm/hold`, of which only the id counts."""
+    return OperatorCommand(item.message.id, "", 0, "hold", origin="a ROS 2 node")
+
+
 def sign_of_life_of(item: Received) -> SignOfLife:
     """Return the sign of life of a message."""
     message: Consent = item.message

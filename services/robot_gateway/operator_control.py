@@ -60,7 +60,7 @@ class OperatorControl:
                 case "disarm":
                     self.disarm()
                 case "hold":
-                    self._control.stop("person", "held by a person")
+                    self._control.stop("person", f"held by {command.origin}")
                 case "gripper":
                     self._move_gripper(command)
                 case "arm":

@@ -16,7 +16,13 @@ from lariat.trajectory import NANOSECONDS, SECOND
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.factory import drivers_of
-from services.robot_gateway.messages import arm_states, chunk_of, command_of, sign_of_life_of
+from services.robot_gateway.messages import (
+    arm_states,
+    chunk_of,
+    command_of,
+    hold_of,
+    sign_of_life_of,
+)
 from services.robot_gateway.shutdown import bring_to_rest
 from services.robot_gateway.state_logger import StateLogger
 from services.robot_gateway.writer_control import WriterChunk
@@ -51,6 +57,7 @@ class RobotGatewayService:
     reads = (
         topics.ARM_SETPOINTS,
         topics.ARM_COMMAND,
+        topics.ARM_HOLD,
         topics.ARM_CONSENT,
         topics.ARM_STATE,
         topics.TASK_STATE,
@@ -106,6 +113,9 @@ class RobotGatewayService:
         commands = inbox.every(topics.ARM_COMMAND)
         for command in self.door.converted(topics.ARM_COMMAND.key, commands, command_of):
             self.cell.take_command(command, now)
+        # After a person's command of the same tick: a hold wins.
+        for hold in self.door.converted(topics.ARM_HOLD.key, inbox.every(topics.ARM_HOLD), hold_of):
+            self.cell.take_command(hold, now)
         signs = inbox.every(topics.ARM_CONSENT)
         for sign in self.door.converted(topics.ARM_CONSENT.key, signs, sign_of_life_of):
             self.cell.take_sign_of_life(sign, now)

@@ -12,6 +12,7 @@ from lariat.geometry.poses import Pose
 from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import (
+    ArmCommand,
     Goal,
     Obstacle,
     Scene,
@@ -22,7 +23,7 @@ from shared.messages import (
 )
 from shared.ros2.node import Node, Request
 from shared.ros2.table import Table
-from shared.ros2.types import ros, wxyz, xyz
+from shared.ros2.types import TRIGGER, ros, wxyz, xyz
 from shared.runtime.service import Inbox, Publication
 
 ANSWER_TIMEOUT = 3 * SECOND
@@ -57,12 +58,13 @@ class Pending:
 class Commands:
     """Services and topics by which ROS 2 nodes command the cell."""
 
-    reads = (topics.TASK_STATE, topics.SCENE_STATE, topics.RUN_RESULT)
-    writes = (topics.TASK_REQUEST, topics.SCENE_REQUEST)
+    reads = (topics.TASK_STATE, topics.SCENE_STATE, topics.RUN_RESULT, topics.ARM_STATE)
+    writes = (topics.TASK_REQUEST, topics.SCENE_REQUEST, topics.ARM_HOLD)
 
     def __init__(self, node: Node, session: str, table: Table) -> None:
         inputs = table.inputs
         self._services = {n: node.service(inputs[n].name, inputs[n].type) for n in TASK_ACTIONS}
+        self._hold = node.service(inputs["hold"].name, TRIGGER)
         self._goals, self._objects = (
             node.subscription(row.name, row.type, row.qos)
             for row in (inputs["goal"], inputs["collision_object"])
@@ -75,6 +77,9 @@ class Commands:
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Yield the requests of all nodes, and answer those that have been handled."""
+        for asked in self._hold.take():
+            hold = ArmCommand(id=self._next(now, asked), stamp=now, action=ArmCommand.HOLD)
+            self._queued.append(Publication(topics.ARM_HOLD, hold))
         for name, service in self._services.items():
             for asked in service.take():
                 self.request_task(TASK_ACTIONS[name], now, asked)
@@ -125,6 +130,8 @@ class Commands:
             answers.append((task.message.last_request, task.message.refusal))
         if scene is not None:
             answers.append((scene.message.last_request, scene.message.refusal))
+        for arms in inbox.every(topics.ARM_STATE):
+            answers.append((arms.message.last_command, arms.message.refusal))
         for id, refusal in answers:
             if id in self._pending:
                 self._end(id, not refusal, refusal)

@@ -47,7 +47,7 @@ class Ros2Service:
         # Frames are computed here: a cell without recorder has no drawing.
         for drawn in (topics.VIEW_TRANSFORMS, topics.VIEW_JOINTS):
             del sources[drawn.key]
-        sources |= {topic.key: topic for topic in (topics.ARM_STATE, *Commands.reads)}
+        sources |= {topic.key: topic for topic in Commands.reads}
         self.reads = tuple(sources.values())
         self.writes = Commands.writes if options.commands else ()
         self._session = session

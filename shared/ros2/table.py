@@ -47,6 +47,7 @@ INPUTS = (
     Endpoint("collision_object", "moveit_msgs/msg/CollisionObject",
              "obstacles: boxes, spheres, cylinders", Qos()),
     Endpoint("shape_rope", SHAPE_ROPE, "goal with feedback and result; a cancel stops the arms"),
+    Endpoint("hold", TRIGGER, "stop the arms; a person at page or terminal lets them go on"),
     *(Endpoint(name, TRIGGER, f"{name} the run") for name in ("start", "pause", "stop", "reset")),
 )  # fmt: skip
 """What commands the cell."""

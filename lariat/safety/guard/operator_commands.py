@@ -40,6 +40,8 @@ class OperatorCommand:
     """Angle of the approach that the person was shown [rad]."""
     session: str = ""
     """Writer that the person was shown."""
+    origin: str = "a person"
+    """Who stops the arms, in words."""
 
 
 class CommandRejected(ValueError):

@@ -93,6 +93,21 @@ def step_with_setpoints(gateway: RobotGatewayService, *arrived: Received) -> Arm
     return state
 
 
+@pytest.mark.parametrize("action", [ArmCommand.HOLD, ArmCommand.ARM, ArmCommand.RESUME])
+def test_a_message_of_the_topic_of_holds_holds_whatever_it_asks(
+    gateway: RobotGatewayService, action: ArmCommand.Action
+) -> None:
+    state = step_with_setpoints(gateway, setpoints(1, 40))
+    assert state.mode == ArmStates.MOVING
+    command = ArmCommand(id="h", action=action, boot=state.boot, answers=state.stamp)
+    arrived = Inbox({}, {topics.ARM_HOLD.key: [Received(command, "ros2-0", 1, START)]})
+    ((_, held),) = gateway.step(arrived, START + 8_000_000)
+    assert (held.mode, held.last_command) == (ArmStates.HOLDING, "h")
+    assert held.reason.startswith("held by a ROS 2 node")
+    ((_, later),) = gateway.step(arrived, START + 16_000_000)
+    assert (later.mode, later.may_move) == (ArmStates.HOLDING, False)
+
+
 @pytest.mark.parametrize(("count", "dt"), [(2000, 2_000_000), (41, 10_000_000), (16, 200_000_000)])
 def test_chunk_that_takes_too_long_to_check_is_refused(
     gateway: RobotGatewayService, count: int, dt: int

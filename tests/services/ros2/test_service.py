@@ -21,6 +21,7 @@ from shared.messages import (
     IDLE,
     REACHED,
     RUNNING,
+    ArmCommand,
     ArmState,
     ArmStates,
     NodeChain,
@@ -38,6 +39,7 @@ from shared.ros2.types import SHAPE_ROPE, header, pose, ros
 from shared.ros2.wire import LATCHED, Qos
 from shared.runtime.service import Mailbox, Publication, Received
 from shared.topics import Topic
+from stack.credentials.access_control import published_keys
 from tests.shared.cell import free_port, until
 
 pytestmark = pytest.mark.live
@@ -233,7 +235,20 @@ def test_nothing_arms_or_resumes(bench: Bench):
     served = {part[9].rpartition("%")[2] for part in tokens if part[5] == "SS"}
     actions = {"send_goal", "cancel_goal", "get_result"}
     assert topics.ARM_COMMAND not in bench.service.writes
-    assert served - actions == {"start", "pause", "stop", "reset"}
+    assert served - actions == {"start", "pause", "stop", "reset", "hold"}
+    mine = [key for key in published_keys("ros2") if key.startswith("arm/")]
+    assert mine == [topics.ARM_HOLD.key]
+
+
+def test_a_hold_is_answered_by_the_gateway(bench: Bench):
+    asked = call(bench, "hold")
+    bench.until(lambda: bench.requests(ArmCommand))
+    (hold,) = bench.requests(ArmCommand)
+    bench.deliver(topics.ARM_STATE, ArmStates(last_command=hold.id))
+    bench.deliver(topics.ARM_STATE, ArmStates(last_command="of-a-person"))
+    answers: list[Any] = []
+    bench.until(lambda: answers.append(asked.take()) or answers[-1])
+    assert (answers[-1].success, answers[-1].message) == (True, "")
 
 
 def test_without_permission_nothing_is_taken():

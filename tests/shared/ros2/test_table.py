@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import yaml
 
 from cli import ros2
 from lariat.configuration import ConfigurationError, read
@@ -67,3 +68,24 @@ def test_names_of_frames_and_namespace_are_checked(table: dict):
 def test_the_command_prints_what_a_scenario_changes(capsys: pytest.CaptureFixture[str]):
     assert ros2.main(Path("three-cylinders"), set=("ros2.world_frame=map",)) == 0
     assert "frame map" in capsys.readouterr().out
+
+
+def test_every_display_of_the_rviz_file_shows_a_topic_of_the_table_as_it_is():
+    file = Path(__file__).parents[3] / "docs/guide/lariat.rviz"
+    table = Table()
+    rows = {o.name if o.name[0] == "/" else f"/lariat/{o.name}": o for o in table.outputs}
+    rows[table.description.name] = table.description
+    shown = yaml.safe_load(file.read_text())["Visualization Manager"]
+    assert shown["Global Options"]["Fixed Frame"] == table.settings.world_frame
+    count = 0
+    for display in shown["Displays"]:
+        topic = display.get("Topic") or display.get("Description Topic")
+        if not topic:
+            continue
+        row, kind = rows[topic["Value"]], display["Class"].partition("/")[2]
+        assert kind in ("RobotModel", row.type.rpartition("/")[2])
+        durability = "Transient Local" if row.qos.latched else "Volatile"
+        assert topic["Durability Policy"] == durability
+        assert topic["Reliability Policy"] == "Reliable" if row.qos.reliable else "Best Effort"
+        count += 1
+    assert count == 4

@@ -30,7 +30,7 @@ from lariat.simulation.plants.mujoco_rope import MujocoRope
 
 NODE_COUNT = 81
 """Nodes of the plant."""
-MAX_TIMESTEP = 1e-3
+MAX_TIMESTEP = 5e-4
 """Longest time step of the plant [s]; longer ones would add to its internal damping."""
 LINEAR_DENSITY, DIAMETER = 0.05, 0.008
 """Linear density [kg/m] and diameter [m] of the rope."""

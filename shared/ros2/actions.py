@@ -125,7 +125,8 @@ class ActionServer:
                 continue
             goal = ServerGoal(self, id, request)
             yield goal
-            if goal.active:
+            # One that has ended already has a result that is asked for.
+            if goal.status is not None:
                 self._remember(goal)
         for request in self._cancel.take():
             self._answer_cancel(request)

@@ -1,9 +1,10 @@
 """Arm that a ROS 2 controller moves (ros2_control's joint trajectory controller, or one like it).
 
 The address names ROS 2's router and the controller, `tcp/HOST:7447/joint_trajectory_controller`.
-Joint angles stream as trajectories of one point on the controller's topic; an action would end and
-begin a goal for each. The controller ends at its last point when the stream ends. An arm whose
-`/joint_states` stop is a lost link. It has not been run on a robot.
+Joint angles stream as trajectories of one point on the controller's topic, or, where there is none,
+as goals of its action `follow_joint_trajectory`, each of which takes the place of the one before.
+The controller ends at its last point when the stream ends. An arm whose `/joint_states` stop is a
+lost link. It has not been run on a robot.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from lariat.configuration import ConfigurationError
 from lariat.protocols.arm import ArmFacts, ArmReading, ArmSetup, Joints
 from lariat.trajectory import SECOND
 from shared.bus import BusError
+from shared.ros2.actions import ActionClient, ClientGoal, Status
 from shared.ros2.node import Node, Publisher, Subscription
 from shared.ros2.router import environment_domain
 from shared.ros2.types import duration, header, ros
@@ -28,9 +30,15 @@ from shared.ros2.wire import Qos
 
 log = logging.getLogger(__name__)
 
+ACTION = "control_msgs/action/FollowJointTrajectory"
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
+MULTI_DOF = "trajectory_msgs/msg/MultiDOFJoint"
 LOOKAHEAD = SECOND // 20
 """Time in which the arm is to be at a point [ns]."""
+GOAL_LOOKAHEAD = SECOND // 10
+"""The same where every point is a goal, which waits until the one before is accepted [ns]."""
+GOAL_PERIOD = 0.05
+"""Least time between two goals [s], in which the end of the one before is heard of."""
 STALE_TIME = 0.1
 """Age of the joint state above which the arm counts as silent [s]."""
 RETRY_TIME = 1.0
@@ -46,6 +54,62 @@ class _Link:
     node: Node
     states: Subscription
     commands: Publisher
+    goals: _Goals
+
+
+class _Goals:
+    """Points as goals of the controller's action, one after the other."""
+
+    def __init__(self, client: ActionClient) -> None:
+        self._client = client
+        self._sent: ClientGoal | None = None
+        self._sent_at = -np.inf
+        self.problem = ""
+        """Why the controller does not follow, until the arm is enabled again."""
+
+    @property
+    def matched(self) -> bool:
+        """Whether the controller serves the action."""
+        return self._client.matched
+
+    @property
+    def free(self) -> bool:
+        """Whether the next goal can be sent."""
+        answered = self._sent is None or self._sent.accepted is not None
+        return not self.problem and answered and _now() - self._sent_at >= GOAL_PERIOD
+
+    def poll(self) -> None:
+        """Take the controller's answers to the newest goal."""
+        sent = self._sent
+        if sent is None:
+            return
+        try:
+            sent.poll()
+        except (ValueError, TimeoutError) as error:
+            self.problem = f"gives no answer to a goal: {error}"
+        if sent.accepted is False:
+            self.problem = "rejects a goal; it has to let a goal take the place of another"
+        elif sent.status is Status.ABORTED:
+            self.problem = f"gives a goal up: {sent.result.error_string or sent.result.error_code}"
+        if self.problem:
+            self._sent = None
+
+    def send(self, trajectory: Any) -> None:
+        """Send a trajectory, which replaces the one that is executed."""
+        if self._sent is not None:
+            self._client.forget(self._sent.id)
+        nothing = ros(f"{MULTI_DOF}Trajectory", header=header(0, ""), joint_names=[], points=[])
+        goal = ros(
+            f"{ACTION}_Goal",
+            trajectory=trajectory,
+            multi_dof_trajectory=nothing,
+            path_tolerance=[],
+            component_path_tolerance=[],
+            goal_tolerance=[],
+            component_goal_tolerance=[],
+            goal_time_tolerance=duration(0),
+        )
+        self._sent, self._sent_at = self._client.send(goal), _now()
 
 
 class Ros2Arm:
@@ -75,6 +139,8 @@ class Ros2Arm:
 
     def enable(self) -> None:
         self._enabled = True
+        if self._link:
+            self._link.goals.problem = ""
 
     def disable(self) -> None:
         self._enabled = False
@@ -97,16 +163,25 @@ class Ros2Arm:
         for message in link.states.take():
             self._take(message)
         connected = _now() - self._heard < STALE_TIME
-        follows = connected and link.commands.matched
+        streams = link.commands.matched
+        link.goals.poll()
+        follows = connected and (streams or link.goals.matched)
         if target is not None and self._enabled and follows:
-            link.commands.put(self._trajectory(target))
-        silent = f"{self._controller} does not subscribe to joint_trajectory"
+            if streams:
+                link.commands.put(self._trajectory(target, LOOKAHEAD))
+            elif link.goals.free:
+                link.goals.send(self._trajectory(target, GOAL_LOOKAHEAD))
+        problem = "" if streams else link.goals.problem
+        if not (follows or problem):
+            problem = "neither subscribes to joint_trajectory nor serves follow_joint_trajectory"
         return ArmReading(
             self._joints,
             self._velocities,
-            ready=self._enabled and follows,
+            ready=self._enabled and follows and not problem,
             connected=connected,
-            faults=(silent,) if connected and self._enabled and not follows else (),
+            faults=(f"{self._controller} {problem}",)
+            if connected and self._enabled and problem
+            else (),
             mode="following" if follows else "silent",
         )
 
@@ -121,7 +196,9 @@ class Ros2Arm:
                     "/joint_states", "sensor_msgs/msg/JointState", JOINT_STATES
                 )
                 commands = node.publisher(f"/{self._controller}/joint_trajectory", TRAJECTORY)
-                self._link = _Link(node, states, commands)
+                action = f"/{self._controller}/follow_joint_trajectory"
+                goals = _Goals(ActionClient(node, action, ACTION))
+                self._link = _Link(node, states, commands, goals)
                 return
             except BusError as error:
                 self._problem = str(error)
@@ -138,14 +215,14 @@ class Ros2Arm:
         self._velocities = np.asarray(message.velocity, float)[order] if whole else None
         self._heard = _now()
 
-    def _trajectory(self, target: Joints) -> Any:
+    def _trajectory(self, target: Joints, lookahead: int) -> Any:
         point = ros(
             "trajectory_msgs/msg/JointTrajectoryPoint",
             positions=np.asarray(target, float),
             velocities=np.zeros(0),
             accelerations=np.zeros(0),
             effort=np.zeros(0),
-            time_from_start=duration(LOOKAHEAD),
+            time_from_start=duration(lookahead),
         )
         # A stamp of zero begins at once, whatever the clock of the other machine.
         return ros(TRAJECTORY, header=header(0, ""), joint_names=self._names, points=[point])

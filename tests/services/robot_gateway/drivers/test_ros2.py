@@ -34,13 +34,13 @@ START = Pose(np.array([0.4, 0.1, 0.3]), np.array([0.0, 1.0, 0.0, 0.0]))
 class Bench:
     """Driver of an arm and its controller."""
 
-    def __init__(self) -> None:
+    def __init__(self, action: bool = False) -> None:
         self.router = f"tcp/127.0.0.1:{free_port()}"
         self.kinematics = UrdfKinematics(UR5.path, UR5.flange, HERE, TOOL)
         start = self.kinematics.solve_anywhere(START)
         assert start is not None
         names = [joint.name for joint in Urdf(UR5.path).chain(UR5.flange)]
-        self.controller = TrajectoryController(self.router, names, start)
+        self.controller = TrajectoryController(self.router, names, start, action)
         setup = ArmSetup("right", f"{self.router}/{CONTROLLER}", UR5.path, UR5.flange, start, 1.0)
         self.arm = Ros2Arm(setup)
         named = Extension(
@@ -99,6 +99,46 @@ def test_it_follows_a_line_within_its_tracking_limit(bench: Bench):
     end = bench.step(Pose(position, START.orientation)).pose
     assert end is not None
     np.testing.assert_allclose(end.position, START.position + np.array([0.0, 0.05, 0.0]), atol=1e-3)
+
+
+@pytest.fixture
+def action() -> Iterator[Bench]:
+    made = Bench(action=True)
+    yield made
+    made.close()
+
+
+def test_it_follows_a_line_by_goals_where_the_controller_has_no_topic(action: Bench):
+    action.enable()
+    began, target = time.monotonic(), START
+    while (t := time.monotonic() - began) < 3.0:
+        position = START.position + np.array([0.0, 0.05 * min(t, 1.0), 0.0])
+        target = Pose(position, START.orientation)
+        assert not action.step(target).fault
+    feedback = action.step(target)
+    assert action.controller.points > 3
+    assert feedback.pose is not None
+    np.testing.assert_allclose(feedback.pose.position, target.position, atol=1e-3)
+
+
+def test_a_goal_that_is_rejected_is_a_fault_until_a_person_enables_the_arm(action: Bench):
+    action.enable()
+    action.controller.rejects = True
+    until(lambda: action.step(START).fault == "alarm")
+    assert "rejects a goal" in " ".join(action.step(START).alarms)
+    action.controller.rejects = False
+    action.driver.recover()
+    action.enable()
+    until(lambda: action.step(START) and action.controller.points)
+    assert not action.step(START).fault
+
+
+def test_a_goal_that_the_controller_gives_up_is_a_fault(action: Bench):
+    action.enable()
+    until(lambda: action.step(START) and action.controller.points)
+    action.controller.gives_up = "path tolerance violated"
+    until(lambda: action.step(START).fault == "alarm")
+    assert "path tolerance violated" in " ".join(action.step(START).alarms)
 
 
 def test_it_is_in_the_domain_of_the_environment(monkeypatch: pytest.MonkeyPatch):

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from services.robot_gateway.drivers.ros2 import TRAJECTORY
+from services.robot_gateway.drivers.ros2 import ACTION, TRAJECTORY
+from shared.ros2.actions import ActionServer, ServerGoal, Status
 from shared.ros2.node import Node
 from shared.ros2.types import header, nanoseconds, ros
 
@@ -26,9 +28,19 @@ LAG = 0.02
 class TrajectoryController:
     """Arm whose drives follow the points of trajectories, interpolated from the last command."""
 
-    def __init__(self, router: str, names: list[str], start: np.ndarray) -> None:
+    def __init__(
+        self, router: str, names: list[str], start: np.ndarray, action: bool = False
+    ) -> None:
+        """With `action`, it has no topic, but serves goals; each replaces the one before."""
         self.node = Node("controller_manager", router=router)
-        self._commands = self.node.subscription(f"/{CONTROLLER}/joint_trajectory", TRAJECTORY)
+        self.server = self._commands = None
+        if action:
+            name = f"/{CONTROLLER}/follow_joint_trajectory"
+            self.server = ActionServer(self.node, name, ACTION)
+        else:
+            self._commands = self.node.subscription(f"/{CONTROLLER}/joint_trajectory", TRAJECTORY)
+        self.rejects, self.gives_up = False, ""
+        self._goal: ServerGoal | None = None
         self._states = self.node.publisher("/joint_states", "sensor_msgs/msg/JointState")
         self._names, self.joints = names, np.array(start, float)
         self._from, self._to = self.joints.copy(), self.joints.copy()
@@ -40,13 +52,14 @@ class TrajectoryController:
     def unsubscribe(self) -> None:
         """Hears no commands any more, as a controller that has been stopped."""
         self.deaf = True
+        assert self._commands is not None
         self._commands._subscriber.undeclare()
 
     def step(self) -> None:
         """Advances to the present time."""
         now = time.monotonic()
         elapsed, self._time = now - self._time, now
-        for message in () if self.deaf else self._commands.take():
+        for message in () if self.deaf else self._taken():
             self._from, self._begun = self._command(now), now
             order = [message.joint_names.index(name) for name in self._names]
             self._to = np.asarray(message.points[-1].positions)[order]
@@ -56,6 +69,31 @@ class TrajectoryController:
         self.joints = before + (self._command(now) - before) * (1.0 - np.exp(-elapsed / LAG))
         # Other joints of the robot come first, in another order.
         self._states.put(self._state((self.joints - before) / max(elapsed, 1e-6)))
+
+    def end_goal(self, status: Status, code: int = 0, words: str = "") -> None:
+        """Ends the goal that is executed."""
+        if self._goal is not None:
+            self._goal.end(status, error_code=code, error_string=words)
+            self._goal = None
+
+    def _taken(self) -> Iterator[Any]:
+        if self._commands is not None:
+            yield from self._commands.take()
+            return
+        assert self.server is not None
+        for goal in self.server.take():
+            if self.rejects:
+                goal.reject()
+                continue
+            self.end_goal(Status.ABORTED, words="replaced")
+            goal.accept()
+            self._goal = goal
+            if self.gives_up:
+                self.end_goal(Status.ABORTED, -4, self.gives_up)
+                continue
+            yield goal.message.trajectory
+        if self._goal and time.monotonic() - self._begun > self._duration:
+            self.end_goal(Status.SUCCEEDED)
 
     def run(self) -> None:
         while True:

@@ -265,23 +265,27 @@ def plastic_sensitivities(
     first = ni[Header.FIRST_FREE]
     end = ni[Header.END_FREE]
     start = sensitivity_columns_at(ni, rod, group)[0]
+    moments = bounded(rod + ni[Section.LANES])
     for j in range(ni[Header.NODES] - 2):
         u, inverse, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
         length = bend_length(ni, w, rod, j)
         at = bounded(start + COLUMNS_STRIDE * (2 * j + 1))
         for k in range(ni[Header.LAYERS]):
             _e, _kept, _size, slope = layer_return(ni, w, rod, step, j, k, u)
-            stiffness = layer_stiffness(ni, w, rod, j, k)
+            stiffness = length * layer_stiffness(ni, w, rod, j, k)
             columns = set_columns_at(ni, rod, group, j) + COLUMNS_WIDTH * k
             for c in range(GROUP_COLUMNS):
                 v = load_column(w, columns + c)
-                moment = length * (stiffness * (v - slope @ v))
-                if 2 * j + 1 >= first:
-                    to = at + c
-                    store_column(w, to, load_column(w, to) - inverse.transpose() @ moment)
-                if 2 * j + 3 < end:
-                    to = at + 2 * COLUMNS_STRIDE + c
-                    store_column(w, to, load_column(w, to) + inverse @ moment)
+                moment = ti.select(k > 0, load_column(w, moments + c), 0.0)
+                store_column(w, moments + c, moment + stiffness * (v - slope @ v))
+        # Blocks that grips drive take no part.
+        near = ti.select(2 * j + 1 >= first, 1.0, 0.0) * inverse.transpose()
+        far = ti.select(2 * j + 3 < end, 1.0, 0.0) * inverse
+        for c in range(GROUP_COLUMNS):
+            moment = load_column(w, moments + c)
+            store_column(w, at + c, load_column(w, at + c) - near @ moment)
+            to = at + 2 * COLUMNS_STRIDE + c
+            store_column(w, to, load_column(w, to) + far @ moment)
     return 0
 
 

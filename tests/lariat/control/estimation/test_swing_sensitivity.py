@@ -43,7 +43,7 @@ def followed(
     return sensitivity
 
 
-@pytest.mark.parametrize(("k", "name"), enumerate(NAMES))
+@pytest.mark.parametrize(("k", "name"), list(enumerate(NAMES)))
 def test_derivative_agrees_with_central_differences(k: int, name: str) -> None:
     rod, steps = Rod(IN_AIR, COUNT), 20
     jacobian = followed(swinging(rod), steps, NAMES).jacobian_at((steps + 1) * STEP)

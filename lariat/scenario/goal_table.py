@@ -87,8 +87,8 @@ def length_fault(nodes: Float64[np.ndarray, "n 3"], rope_length: float, toleranc
     if abs(length - rope_length) <= tolerance * rope_length:
         return ""
     in_millimeters = length > MILLIMETERS * rope_length
-    way_out = SCALE_HINT if in_millimeters else "scale the shape or correct rope.length"
-    return f"{length:.4f} m long, the rope {rope_length:g} m; {way_out}"
+    hint = SCALE_HINT if in_millimeters else "scale the shape or correct rope.length"
+    return f"{length:.4f} m long, the rope {rope_length:g} m; {hint}"
 
 
 def grip_orientation(

@@ -40,7 +40,7 @@ class Scale:
     """How pixels are compared at a resolution."""
 
     least_share: float
-    """Share of the least nearness from which a pixel is near [-]."""
+    """Share of the least distance in front from which a pixel is near [-]."""
     min_length: float
     """Length below which a part is left out [m]."""
     rope_margin: float
@@ -78,7 +78,7 @@ def widest(camera: Camera, far: float) -> int:
     return round(MAX_DIAMETER * camera.intrinsics.fx / far) | 1
 
 
-def unexplained(
+def foreground_mask(
     smooth: SmoothDepth,
     camera: Camera,
     known: KnownScene,

@@ -26,7 +26,7 @@ from lariat.perception.other_ropes.foreground_mask import (
     KnownScene,
     Scale,
     least_relative_depth,
-    unexplained,
+    foreground_mask,
     widest,
 )
 from lariat.perception.other_ropes.other_ropes import SeenLine
@@ -85,7 +85,7 @@ def thin_structures(view: RgbdView, known: KnownScene, depth_sigma: float) -> li
     # Of so many depths is a pixel of the smaller image the mean, and of SMOOTHING squared here.
     sigma = depth_sigma * k / SMOOTHING
     camera = _reduced(view.camera, k)
-    found = unexplained(reduced(view.depth, k), camera, known, view.bias, sigma, COARSE)
+    found = foreground_mask(reduced(view.depth, k), camera, known, view.bias, sigma, COARSE)
     if found is None:
         return []
     margin = 2 * widest(view.camera, far)
@@ -101,7 +101,7 @@ def _lines(
     """Thin things in a part of the images, longest first."""
     depth, bias = view.depth[part], view.bias
     camera = _cropped(view.camera, part, depth.shape)
-    region = unexplained(smoothed(depth), camera, known, bias, depth_sigma, FINE)
+    region = foreground_mask(smoothed(depth), camera, known, bias, depth_sigma, FINE)
     if region is None:
         return []
     far = float(np.max(camera.project(known.rope.positions)[1]))

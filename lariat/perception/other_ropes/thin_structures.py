@@ -25,8 +25,8 @@ from lariat.perception.other_ropes.foreground_mask import (
     MAX_DIAMETER,
     KnownScene,
     Scale,
-    least_relative_depth,
     foreground_mask,
+    least_relative_depth,
     widest,
 )
 from lariat.perception.other_ropes.other_ropes import SeenLine

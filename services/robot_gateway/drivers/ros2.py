@@ -162,27 +162,26 @@ class Ros2Arm:
             return ArmReading(None, connected=False, faults=(self._problem,), mode="no router")
         for message in link.states.take():
             self._take(message)
-        connected = _now() - self._heard < STALE_TIME
+        heard = _now() - self._heard < STALE_TIME
         streams = link.commands.matched
         link.goals.poll()
-        follows = connected and (streams or link.goals.matched)
-        if target is not None and self._enabled and follows:
+        # A controller that has gone is a lost link as well: it is heard of before the silence.
+        follows = streams or link.goals.matched
+        if target is not None and self._enabled and heard and follows:
             if streams:
                 link.commands.put(self._trajectory(target, LOOKAHEAD))
             elif link.goals.free:
                 link.goals.send(self._trajectory(target, GOAL_LOOKAHEAD))
-        problem = "" if streams else link.goals.problem
-        if not (follows or problem):
+        problem = link.goals.problem if self._enabled and not streams else ""
+        if not follows:
             problem = "neither subscribes to joint_trajectory nor serves follow_joint_trajectory"
         return ArmReading(
             self._joints,
             self._velocities,
-            ready=self._enabled and follows and not problem,
-            connected=connected,
-            faults=(f"{self._controller} {problem}",)
-            if connected and self._enabled and problem
-            else (),
-            mode="following" if follows else "silent",
+            ready=self._enabled and heard and follows and not problem,
+            connected=heard and follows,
+            faults=(f"{self._controller} {problem}",) if heard and problem else (),
+            mode="following" if heard and follows else "silent",
         )
 
     def _join(self) -> None:

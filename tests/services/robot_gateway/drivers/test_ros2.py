@@ -114,11 +114,15 @@ def test_it_follows_a_line_by_goals_where_the_controller_has_no_topic(action: Be
     while (t := time.monotonic() - began) < 3.0:
         position = START.position + np.array([0.0, 0.05 * min(t, 1.0), 0.0])
         target = Pose(position, START.orientation)
-        assert not action.step(target).fault
-    feedback = action.step(target)
+        action.step(target)
+
+    def arrived() -> bool:
+        feedback = action.step(target)
+        place = feedback.pose.position if feedback.pose else START.position
+        return not feedback.fault and np.linalg.norm(place - target.position) < 1e-3
+
+    until(arrived)
     assert action.controller.points > 3
-    assert feedback.pose is not None
-    np.testing.assert_allclose(feedback.pose.position, target.position, atol=1e-3)
 
 
 def test_a_goal_that_is_rejected_is_a_fault_until_a_person_enables_the_arm(action: Bench):
@@ -163,7 +167,7 @@ def test_silence_is_a_lost_link(bench: Bench):
 def test_a_controller_that_is_gone_is_named(bench: Bench):
     bench.enable()
     bench.controller.unsubscribe()
-    until(lambda: bench.step(START).fault == "alarm")
+    until(lambda: bench.step(START).fault == "lost_link")
     assert CONTROLLER in " ".join(bench.step(START).alarms)
 
 

@@ -88,7 +88,7 @@ RUN_TIMEOUT = 60.0
 """Longest wait for the goal of the lawful run afterwards [s]."""
 
 
-def run(scenario: Path = DEFAULT_SCENARIO, messages: int = 10**6, json: bool = False) -> int:
+def run(scenario: Path = DEFAULT_SCENARIO, messages: int = 10**5, json: bool = False) -> int:
     """Attack a live stack as a web page, another user, a machine of the network, a process, a file.
 
     Another user and another machine are played by root alone; without it these attacks are left

@@ -119,7 +119,7 @@ def test_it_follows_a_line_by_goals_where_the_controller_has_no_topic(action: Be
     def arrived() -> bool:
         feedback = action.step(target)
         place = feedback.pose.position if feedback.pose else START.position
-        return not feedback.fault and np.linalg.norm(place - target.position) < 1e-3
+        return not feedback.fault and bool(np.linalg.norm(place - target.position) < 1e-3)
 
     until(arrived)
     assert action.controller.points > 3

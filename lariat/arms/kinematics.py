@@ -19,7 +19,7 @@ from jaxtyping import Float64
 from lariat.arms.path_kernel import MOST_JOINTS, SPEED_CUTOFF, ArmPath, PathKernel
 from lariat.arms.serial_chain import SerialChain
 from lariat.arms.sphere_cover import Cover, sphere_cover
-from lariat.arms.urdf import Urdf, read_robot
+from lariat.arms.urdf import Urdf, package_folders, read_robot
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 
@@ -65,7 +65,7 @@ class UrdfKinematics:
         """Create the kinematics of an arm.
 
         Args:
-            urdf: Description of the arm; `package://` is looked for in the folders above it.
+            urdf: Description of the arm; for `package://`, see `package_folders`.
             flange: Link that carries the tool.
             T_world_base: Pose of the URDF's root in the world.
             T_flange_grip: Pose of the grip at the flange.
@@ -340,7 +340,7 @@ def load_arm(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.Geomet
     """Return model and collision bodies of the joints from the root to a link, all others locked.
 
     Args:
-        urdf: Description of the arm; `package://` is looked for in the folders above it.
+        urdf: Description of the arm; for `package://`, see `package_folders`.
         flange: Link that carries the tool.
 
     Raises:
@@ -355,10 +355,14 @@ def load_arm(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.Geomet
             model,
             text,
             pinocchio.GeometryType.COLLISION,
-            package_dirs=[str(folder) for folder in urdf.resolve().parents],
+            package_dirs=[str(folder) for folder in package_folders(urdf)],
         )
     except ValueError as error:
-        raise ValueError(f"{urdf} cannot be read as a URDF: {error}") from error
+        hint = "; put its package above the URDF or name its folder in ROS_PACKAGE_PATH"
+        missing = "could not be found" in str(error)
+        raise ValueError(
+            f"{urdf} cannot be read as a URDF: {str(error).rstrip('. ')}{hint if missing else ''}"
+        ) from error
     if not model.existFrame(flange, pinocchio.FrameType.BODY):
         links = [f.name for f in model.frames if f.type == pinocchio.FrameType.BODY]
         raise ValueError(f"{urdf} has no link {flange!r}; its links are {', '.join(links)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -96,6 +97,16 @@ def test_the_start_keeps_away_from_the_joint_limits(arm: UrdfKinematics):
     assert joints is not None
     low, high = arm.joint_range
     assert np.all((joints > low + 0.05) & (joints < high - 0.05))
+
+
+ARM_WITH_A_MESH = """<robot name="arm">
+<link name="base"/>
+<link name="tip"><collision><geometry>
+<mesh filename="package://arm_meshes/tip.obj"/>
+</geometry></collision></link>
+<joint name="turn" type="revolute"><parent link="base"/><child link="tip"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
+</robot>"""
 
 
 def test_joints_of_a_redundant_arm_depend_on_the_pose_and_not_on_the_way():
@@ -230,3 +241,24 @@ def test_a_joint_without_limits_turns_once_in_each_direction(tmp_path: Path):
     assert arm.model.lowerPositionLimit[0] == pytest.approx(-2.0 * np.pi)
     joints = np.array([0.3, -1.0, 1.2, -0.4, 0.5, 0.1])
     np.testing.assert_allclose(arm.grip(joints).position, nominal.grip(joints).position)
+
+
+@pytest.mark.parametrize(
+    ("name", "inside"), [("ROS_PACKAGE_PATH", ""), ("AMENT_PREFIX_PATH", "share")]
+)
+def test_meshes_of_packages_elsewhere_are_found_as_ros_finds_them(
+    name: str, inside: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    urdf, installed = tmp_path / "robot" / "arm.urdf", tmp_path / "installed"
+    package = installed / inside / "arm_meshes"
+    urdf.parent.mkdir()
+    package.mkdir(parents=True)
+    urdf.write_text(ARM_WITH_A_MESH)
+    (package / "tip.obj").write_text("v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 2 3\nf 1 2 4\n")
+    for variable in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"):
+        monkeypatch.delenv(variable, raising=False)
+    with pytest.raises(ValueError, match=r"arm_meshes/tip\.obj could not be found; .*PACKAGE_PATH"):
+        load_arm(urdf, "tip")
+    monkeypatch.setenv(name, f"{tmp_path}{os.pathsep}{installed}")
+    _, geometry = load_arm(urdf, "tip")
+    assert len(geometry.geometryObjects) == 1

@@ -254,7 +254,7 @@ def test_meshes_of_packages_elsewhere_are_found_as_ros_finds_them(
     urdf.parent.mkdir()
     package.mkdir(parents=True)
     urdf.write_text(ARM_WITH_A_MESH)
-    (package / "tip.obj").write_text("v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 2 3\nf 1 2 4\n")
+    (package / "tip.obj").write_text("v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 2 3\nf 1 2 4\n")
     for variable in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"):
         monkeypatch.delenv(variable, raising=False)
     with pytest.raises(ValueError, match=r"arm_meshes/tip\.obj could not be found; .*PACKAGE_PATH"):

@@ -19,7 +19,7 @@ from jaxtyping import Float64
 from lariat.arms.path_kernel import MOST_JOINTS, SPEED_CUTOFF, ArmPath, PathKernel
 from lariat.arms.serial_chain import SerialChain
 from lariat.arms.sphere_cover import Cover, sphere_cover
-from lariat.arms.urdf import Urdf, package_folders, read_robot
+from lariat.arms.urdf import Urdf, read_robot
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 
@@ -65,7 +65,7 @@ class UrdfKinematics:
         """Create the kinematics of an arm.
 
         Args:
-            urdf: Description of the arm; for `package://`, see `package_folders`.
+            urdf: Description of the arm; `package://` is looked for above it and as in ROS.
             flange: Link that carries the tool.
             T_world_base: Pose of the URDF's root in the world.
             T_flange_grip: Pose of the grip at the flange.
@@ -340,7 +340,7 @@ def load_arm(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.Geomet
     """Return model and collision bodies of the joints from the root to a link, all others locked.
 
     Args:
-        urdf: Description of the arm; for `package://`, see `package_folders`.
+        urdf: Description of the arm; `package://` is looked for above it and as in ROS.
         flange: Link that carries the tool.
 
     Raises:
@@ -355,7 +355,8 @@ def load_arm(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.Geomet
             model,
             text,
             pinocchio.GeometryType.COLLISION,
-            package_dirs=[str(folder) for folder in package_folders(urdf)],
+            # Pinocchio adds the folders of ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.
+            package_dirs=[str(folder) for folder in urdf.resolve().parents],
         )
     except ValueError as error:
         hint = "; put its package above the URDF or name its folder in ROS_PACKAGE_PATH"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,19 +20,6 @@ ANGULAR_JOINTS = ("revolute", "continuous")
 """Types of the joints that turn."""
 MOVING_JOINTS = (*ANGULAR_JOINTS, "prismatic")
 """Types of the joints that have one value."""
-
-
-def package_folders(urdf: Path) -> list[Path]:
-    """Return the folders in which the package of a URDF's `package://` is looked for, in order.
-
-    They are those above the URDF, those of `ROS_PACKAGE_PATH`, and `share` of each prefix of
-    `AMENT_PREFIX_PATH`, as ROS 1 and ROS 2 set them.
-    """
-    listed, prefixes = (
-        [Path(entry) for entry in os.environ.get(name, "").split(os.pathsep) if entry]
-        for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
-    )
-    return [*urdf.resolve().parents, *listed, *(prefix / "share" for prefix in prefixes)]
 
 
 @dataclass(frozen=True)

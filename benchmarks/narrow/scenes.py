@@ -18,14 +18,14 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
+from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import signed_distance
 from lariat.geometry.poses import Pose
 from lariat.geometry.swept_clearance import swept_clearance
 from lariat.planning.time_parameterization import Pace, time_parameterize
 from lariat.planning.tree_search.grip_motion import GripMotion, Grips
 from lariat.planning.tree_search.sag import SagTable
-from lariat.rod import EDGE_AXIS, Rod, RodState, RolloutSpec
+from lariat.rod import EDGE_AXIS, Rod, RodState, RolloutSpec, state_along
 from lariat.scenario import Scenario, Shape, load
 from lariat.scenario.sections import End, Ends, Limits, Obstacle
 from lariat.scenario.shipped import find
@@ -54,8 +54,10 @@ HIDDEN_PACE = Pace(5.0, (0.2, 0.1))
 """Pace of the hidden way."""
 PATH_PERIOD = 0.02
 """Time between points of the hidden way [s]."""
-PLANT_SUBSTEPS, CHUNK_POINTS, SETTLING_POINTS = 4, 100, 100
-"""Steps of the plant between two points, points of one launch, and points at rest at the end."""
+PLANT_SUBSTEPS, CHUNK_POINTS = 4, 100
+"""Steps of the plant between two points, and points of one launch."""
+SETTLING_TIME = 2.0
+"""Time at rest at the end [s]."""
 CLUTTER_DISTANCE = 0.06
 """Distance of clutter from the lines between the grips on the hidden way [m]."""
 WALL_HALF_WIDTH = 1.0
@@ -164,7 +166,7 @@ def _attempt(
     positions, orientations = time_parameterize(
         waypoints.positions, waypoints.orientations, scenario.limits, PATH_PERIOD, HIDDEN_PACE
     )
-    clearance, nodes = _drive(rod, scenario.bodies, positions, orientations)
+    clearance, nodes = drive(rod, scenario.bodies, positions, orientations, PATH_PERIOD)
     if clearance < CLEARANCE:
         return None
     start, goal = (_shape(waypoints, k) for k in (0, -1))
@@ -173,29 +175,46 @@ def _attempt(
     return WayScene(replace(scenario, start=start, goal=goal), clearance, nodes)
 
 
-def _drive(
+def drive(
     rod: Rod,
     obstacles: Sequence[Obstacle],
     positions: Float64[np.ndarray, "t 2 3"],
     orientations: Float64[np.ndarray, "t 2 4"],
+    dt: float,
+    least: float = CLEARANCE,
+    start: Float64[np.ndarray, "k 3"] | None = None,
 ) -> tuple[float, Float64[np.ndarray, "n 3"]]:
-    """Least clearance of the plant along a path of the grips [m], and its nodes at rest after it.
+    """Return the clearance of the plant along a path [m], and its nodes at rest after it [m].
 
-    Obstacles are measured, not felt. The motion ends where too little clearance is left.
+    Obstacles are measured, not felt.
+
+    Args:
+        rod: The plant.
+        obstacles: Obstacles.
+        positions: Positions of the grips [m].
+        orientations: Orientations of the grips, wxyz.
+        dt: Time between points [s].
+        least: Clearance below which the motion ends [m].
+        start: Nodes near which the rope rests at the beginning [m].
     """
     left, right = (Pose(p, q) for p, q in zip(positions[0], orientations[0], strict=True))
-    state: RodState = rod.rest(left, right).state
+    guess = None
+    if start is not None:
+        fine = polylines.resample_smooth(start, rod.node_count)
+        guess = state_along(fine, left.orientation, right.orientation)
+    state: RodState = rod.rest(left, right, guess=guess).state
     turns = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
-    velocities = np.concatenate([np.diff(positions, axis=0), turns], axis=2) / PATH_PERIOD
-    velocities = np.concatenate([velocities, np.zeros((SETTLING_POINTS, 2, 6))])
+    velocities = np.concatenate([np.diff(positions, axis=0), turns], axis=2) / dt
+    settling = np.zeros((round(SETTLING_TIME / dt), 2, 6))
+    velocities = np.concatenate([velocities, settling])
     radius, clearance = rod.properties.diameter / 2.0, np.inf
     for first in range(0, len(velocities), CHUNK_POINTS):
         chunk = np.repeat(velocities[first : first + CHUNK_POINTS], PLANT_SUBSTEPS, axis=0)
-        rollout = rod.rollout(RolloutSpec(state, chunk, PATH_PERIOD / PLANT_SUBSTEPS))
+        rollout = rod.rollout(RolloutSpec(state, chunk, dt / PLANT_SUBSTEPS))
         nodes = np.concatenate([state.positions[None], rollout.positions])
         clearance = min(clearance, swept_clearance(nodes, radius, obstacles))
         state = rollout.final
-        if clearance < CLEARANCE:
+        if clearance < least:
             break
     return clearance, state.positions
 

@@ -13,6 +13,7 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
 from lariat.arms.description import arm_description
+from lariat.arms.urdf import Joint, Urdf
 from lariat.geometry.poses import Pose
 from lariat.scenario import SIDES, Scenario, Side
 from lariat.scenario.placement import base_of
@@ -24,8 +25,8 @@ class Frames:
     """Transforms and joint states from the arms' states."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self._arms = {side: arm_urdf(scenario, side) for side in SIDES}
-        self._joints = {
+        self._arms: dict[Side, Urdf | None] = {side: arm_urdf(scenario, side) for side in SIDES}
+        self._joints: dict[Side, tuple[Joint, ...]] = {
             side: arm.chain(description.flange)
             for side, arm in self._arms.items()
             if arm and (description := arm_description(scenario, side))
@@ -35,6 +36,14 @@ class Frames:
             if arm is not None:
                 base = frame_name(side, arm.root)
                 self._fixed.append((WORLD_FRAME, base, base_of(scenario.end(side))))
+
+    @property
+    def joint_names(self) -> dict[Side, list[str]]:
+        """Names of the joints of each arm that has some, in its order."""
+        return {
+            side: [frame_name(side, joint.name) for joint in joints]
+            for side, joints in self._joints.items()
+        }
 
     def transforms(self, arms: ArmStates | None, now: int, fixed: bool) -> FrameTransforms:
         """Return the transforms of the arms' links and grips, stamped [ns].

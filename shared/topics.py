@@ -31,6 +31,7 @@ from shared.messages import (
     GoalListRequest,
     GoalPreview,
     Health,
+    JointTrajectory,
     Message,
     NodeChain,
     OtherRopes,
@@ -206,6 +207,7 @@ ARM_STATE = Topic(
 ARM_COMMAND = Topic("arm/command", ArmCommand, "dashboard, lariat", "every", urgent=True)
 # Every message of it is a hold, whatever its action: a right to stop that cannot move anything.
 ARM_HOLD = Topic("arm/hold", ArmCommand, "ros2", "every", urgent=True)
+ARM_TRAJECTORY = Topic("arm/trajectory", JointTrajectory, "ros2", "every", urgent=True)
 ARM_CONSENT = Topic("arm/consent", Consent, "dashboard, lariat", "every", urgent=True)
 RUN_RESULT = Topic(
     "run/result",

@@ -32,6 +32,7 @@ from services.robot_gateway.operator_control import OperatorControl
 from services.robot_gateway.reset_control import ResetControl
 from services.robot_gateway.status import CellStatus
 from services.robot_gateway.stop_control import StopControl
+from services.robot_gateway.trajectory_control import TrajectoryControl, TrajectoryRequest
 from services.robot_gateway.writer_control import WriterChunk, WriterControl
 
 
@@ -73,6 +74,7 @@ class Cell:
         limit = force_limit or ForceLimit(np.inf)
         self._feedback_checks = FeedbackChecks(self.arms, follower, limit)
         self._other_gateways = OtherGateways()
+        self._trajectory = TrajectoryControl(self.arms, follower)
         self._reset = ResetControl(self.arms, follower)
         self._writers = WriterControl(follower, self._control, self.watchdog, self._listening)
         self._operator = OperatorControl(
@@ -131,17 +133,36 @@ class Cell:
             now: Time of receipt [ns].
             reason: Reason of the writer, in words.
         """
-        # A controller that has nothing to do holds all the time; the approach is not its motion.
+        # A controller that has nothing to do holds all the time; approach and trajectory are not
+        # its motion.
         if (
             self._writers.take_hold(session, sequence, now)
             and self.safety.may_move
             and not self._approach.active
+            and not self._trajectory.running
         ):
             self._control.stop("writer_holds", reason or "the controller holds")
 
     def take_chunks(self, arrived: Iterable[WriterChunk]) -> None:
         """Take writers' setpoints that arrived since the last tick, the newest ones first."""
         self._writers.take_chunks(arrived)
+
+    def take_trajectory(self, request: TrajectoryRequest, now: int) -> None:
+        """Take a trajectory of the joints, a sign of life of its sender, or its cancellation.
+
+        It is executed where a writer's setpoints would be, while the arms stand still.
+        """
+        trajectory = self._trajectory
+        if request.id == trajectory.id:
+            trajectory.note_alive(now)
+            if request.cancel and trajectory.running:
+                trajectory.end("cancelled")
+                self._control.stop("writer_holds", "the trajectory was cancelled")
+        elif request.ways and not request.cancel and not trajectory.running:
+            trajectory.start(request, self._obstruction, now)
+            if trajectory.running:
+                moving = self.safety.moving(True)
+                self._control.safety = replace(moving, detail="executing a joint trajectory")
 
     def take_reset(self, count: int) -> None:
         """Go back to the scenario's start once everything rests; simulation only."""
@@ -156,6 +177,7 @@ class Cell:
         elapsed = self.watchdog.elapsed(now)
         self.watchdog.tick(now)
         self._check_consent(now)
+        self._check_trajectory(now)
         h = min(elapsed, self.settings.longest_step * self.watchdog.settings.period)
         self._check_following(now, h)
         if h > 0.0:
@@ -179,7 +201,7 @@ class Cell:
         moved = self.safety.mode == "moving" or not self.follower.resting
         if not self.watchdog.stalled(now) or not moved:
             return
-        if self._control.stalled or self._approach.planned:
+        if self._control.stalled or self._approach.planned or self._trajectory.planned:
             return
         elapsed = self.watchdog.elapsed(now)
         if self._simulated:
@@ -198,25 +220,40 @@ class Cell:
     def _listening(self) -> bool:
         """Return whether the setpoints of a writer may move the arms."""
         busy = self._control.waiting_since is not None or self._reset.pending
-        return self.safety.may_move and not busy and not self._approach.running
+        own = self._approach.running or self._trajectory.running
+        return self.safety.may_move and not busy and not own
+
+    @property
+    def _obstruction(self) -> str:
+        """Why no trajectory may be executed now, in words; empty where one may."""
+        if not self.safety.may_move:
+            return f"the arms may not move: {self.safety.detail}"
+        if self._approach.active or not self._listening():
+            return "the arms are not ready yet"
+        if self.follower.following or not self.follower.resting:
+            return "the arms move; stop the run first"
+        return ""
 
     def _check_following(self, now: int, h: float) -> None:
         """Stop the motion when the setpoints are too old or the command lags too far behind."""
         if not self.follower.following:
             self._approach.running = False
+            self._trajectory.end("stopped", self.safety.detail)
             return
-        if self._approach.running:
-            # No writer refreshes the approach, but the person's consent.
+        if self._approach.running or self._trajectory.running:
+            # No writer refreshes the approach, but the person's consent; a trajectory its sender.
             self.watchdog.feed(now)
         if self.follower.finished(now):
             self.follower.finish()
+            self._trajectory.end("reached")
             return
         # Setpoints that would be too old at the next tick stop the motion now.
         if self.watchdog.must_hold(now, h):
             if self.follower.arrived(now):
                 self.follower.finish()
             else:
-                self._stop_for_silence()
+                age = self.watchdog.settings.hold_age
+                self._stop_for_silence(f"no fresh setpoints for {1e3 * age:.0f} ms")
             return
         distance, angle = self.follower.lag(now)
         tolerances, factor = self.follower.tolerances, self.settings.lag_factor
@@ -224,10 +261,8 @@ class Cell:
             lag = f"{1e3 * distance:.0f} mm and {angle:.2f} rad"
             self._control.stop("left_behind", f"{lag} behind its setpoints")
 
-    def _stop_for_silence(self) -> None:
-        """Stop because the writer is silent."""
-        age = self.watchdog.settings.hold_age
-        silent = f"no fresh setpoints for {1e3 * age:.0f} ms"
+    def _stop_for_silence(self, silent: str) -> None:
+        """Stop because the writer is silent, in words."""
         if self._simulated:
             self._pause(f"the computer was too slow: {silent}")
         else:
@@ -241,6 +276,19 @@ class Cell:
     def _await_devices(self, now: int) -> None:
         """Wait for devices that stop by themselves; the rest of the stop is not sent to them."""
         self._control.waiting_since, self._control.stalled = now, True
+
+    def _check_trajectory(self, now: int) -> None:
+        """Stop a trajectory whose sender is silent, and one that an obstacle does not let end."""
+        trajectory = self._trajectory
+        if trajectory.planned:
+            trajectory.planned = False
+            trajectory.note_alive(now)
+        if not trajectory.running:
+            return
+        if trajectory.silent(now):
+            self._stop_for_silence("the sender of the trajectory is silent")
+        elif trajectory.late(now):
+            self._control.stop("left_behind", "the trajectory's end is not reached")
 
     def _check_consent(self, now: int) -> None:
         """Stop the approach when its person lets go."""
@@ -279,6 +327,7 @@ class Cell:
             approach_distance=distance,
             approach_angle=angle,
             pauses=self._pauses,
+            trajectory=(self._trajectory.id, self._trajectory.state, self._trajectory.reason),
         )
 
     def _remarks(self, now: int) -> str:

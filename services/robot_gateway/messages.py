@@ -8,11 +8,20 @@ import numpy as np
 
 from lariat.safety.guard.consent import SignOfLife
 from lariat.safety.guard.operator_commands import Action, OperatorCommand
+from lariat.safety.motion.joint_trajectory import JointWay
 from lariat.scenario import SIDES, Side
 from lariat.trajectory import NANOSECONDS, SetpointChunk
 from services.robot_gateway.drivers.driver import ArmFeedback, Driver
 from services.robot_gateway.status import CellStatus
-from shared.messages import ArmCommand, ArmState, ArmStates, Consent, Setpoints
+from services.robot_gateway.trajectory_control import TrajectoryRequest
+from shared.messages import (
+    ArmCommand,
+    ArmState,
+    ArmStates,
+    Consent,
+    JointTrajectory,
+    Setpoints,
+)
 from shared.runtime.service import Received
 
 ACTION_NAMES: dict[int, Action] = {
@@ -33,6 +42,15 @@ MODE_CODES = {
     "fault": ArmStates.FAULT,
 }
 """Codes in a message by mode."""
+TRAJECTORY_CODES = {
+    "": ArmStates.NO_TRAJECTORY,
+    "executing": ArmStates.EXECUTING,
+    "reached": ArmStates.REACHED,
+    "cancelled": ArmStates.CANCELLED,
+    "refused": ArmStates.REFUSED,
+    "stopped": ArmStates.STOPPED,
+}
+"""Codes in a message by the state of a trajectory."""
 
 
 def chunk_of(message: Setpoints, sides: Sequence[Side]) -> SetpointChunk:
@@ -78,6 +96,17 @@ def hold_of(item: Received) -> OperatorCommand:
     return OperatorCommand(item.message.id, "", 0, "hold", origin="a ROS 2 node")
 
 
+def trajectory_of(item: Received) -> TrajectoryRequest:
+    """Return the trajectory, sign of life or cancellation of a message."""
+    message: JointTrajectory = item.message
+    count, ways = len(message.times), {}
+    for arm in message.arms:
+        velocities = np.reshape(arm.velocities, (count, -1)) if arm.velocities else None
+        ways[arm.arm] = JointWay(np.reshape(arm.positions, (count, -1)), velocities)
+    times = NANOSECONDS * np.array(message.times, float)
+    return TrajectoryRequest(message.id, times, ways, message.cancel)
+
+
 def sign_of_life_of(item: Received) -> SignOfLife:
     """Return the sign of life of a message."""
     message: Consent = item.message
@@ -94,7 +123,8 @@ def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmSt
     """
     safety = status.safety
     ends = zip(SIDES, drivers, status.arms, status.tracking, strict=True)
-    return ArmStates(
+    trajectory, state, reason = status.trajectory
+    answer = ArmStates(
         stamp=now,
         boot=safety.boot,
         mode=MODE_CODES[safety.mode],
@@ -119,7 +149,15 @@ def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmSt
         approach_angle=status.approach_angle,
         reaches_hardware=any(driver.reaches_hardware for driver in drivers),
         slow_pauses=status.pauses,
+        trajectory=trajectory,
+        trajectory_state=TRAJECTORY_CODES[state],
+        trajectory_reason=reason,
     )
+    if state == "executing":
+        for arm, driver in zip(answer.arms, drivers, strict=True):
+            if driver.joint_constraints is not None and driver.joint_constraints.joints is not None:
+                arm.commanded_joints.extend(driver.joint_constraints.joints.tolist())
+    return answer
 
 
 def _arm_state(

@@ -22,6 +22,7 @@ from services.robot_gateway.messages import (
     command_of,
     hold_of,
     sign_of_life_of,
+    trajectory_of,
 )
 from services.robot_gateway.shutdown import bring_to_rest
 from services.robot_gateway.state_logger import StateLogger
@@ -58,6 +59,7 @@ class RobotGatewayService:
         topics.ARM_SETPOINTS,
         topics.ARM_COMMAND,
         topics.ARM_HOLD,
+        topics.ARM_TRAJECTORY,
         topics.ARM_CONSENT,
         topics.ARM_STATE,
         topics.TASK_STATE,
@@ -119,6 +121,9 @@ class RobotGatewayService:
         signs = inbox.every(topics.ARM_CONSENT)
         for sign in self.door.converted(topics.ARM_CONSENT.key, signs, sign_of_life_of):
             self.cell.take_sign_of_life(sign, now)
+        goals = inbox.every(topics.ARM_TRAJECTORY)
+        for goal in self.door.converted(topics.ARM_TRAJECTORY.key, goals, trajectory_of):
+            self.cell.take_trajectory(goal, now)
         self._take_setpoints(inbox.every(topics.ARM_SETPOINTS))
         task = inbox.fresh(topics.TASK_STATE)
         if task is not None and not self.cell.arms.reach_hardware:

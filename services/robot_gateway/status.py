@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from lariat.safety.constraints.rule import Rule
 from lariat.safety.guard.state_machine import SafetyState
 from services.robot_gateway.drivers.driver import ArmFeedback
+from services.robot_gateway.trajectory_control import State
 
 
 @dataclass(frozen=True)
@@ -48,3 +49,5 @@ class CellStatus:
     """Largest angle of an arm from the start [rad]; 0 without an approach."""
     pauses: int
     """Number of pauses that a slow computer has caused."""
+    trajectory: tuple[str, State, str]
+    """Id and state of the joint trajectory that was handled last, and the reason of its end."""

@@ -59,7 +59,7 @@ class Commands:
     """Services and topics by which ROS 2 nodes command the cell."""
 
     reads = (topics.TASK_STATE, topics.SCENE_STATE, topics.RUN_RESULT, topics.ARM_STATE)
-    writes = (topics.TASK_REQUEST, topics.SCENE_REQUEST, topics.ARM_HOLD)
+    writes = (topics.TASK_REQUEST, topics.SCENE_REQUEST, topics.ARM_HOLD, topics.ARM_TRAJECTORY)
 
     def __init__(self, node: Node, session: str, table: Table) -> None:
         inputs = table.inputs

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from lariat.scenario import Scenario
 from lariat.trajectory import SECOND
+from services.ros2.arm_action import ArmAction
 from services.ros2.commands import Commands
 from services.ros2.options import Ros2Options
 from services.ros2.rope_action import RopeAction
@@ -57,6 +58,7 @@ class Ros2Service:
         self._node: Node | None = None
         self._commands: Commands | None = None
         self._action: RopeAction | None = None
+        self._arm_action: ArmAction | None = None
         self._refreshed = -REFRESH_PERIOD
         self.note = ""
 
@@ -84,6 +86,8 @@ class Ros2Service:
         if options.commands:
             self._commands = Commands(node, self._session, table)
             self._action = RopeAction(node, self._commands, table.inputs["shape_rope"].name)
+            row, joints = table.inputs["follow_joint_trajectory"], self._frames.joint_names
+            self._arm_action = ArmAction(node, self._session, row.name, joints)
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Publish what is new to ROS 2, and pass on what it asks for."""
@@ -96,6 +100,8 @@ class Ros2Service:
         if self._commands is not None and self._action is not None:
             self._action.step(inbox, now)
             yield from self._commands.step(inbox, now)
+        if self._arm_action is not None:
+            yield from self._arm_action.step(inbox, now)
 
     def close(self) -> None:
         """Leave the graph."""

@@ -25,6 +25,8 @@ from shared.messages.arm_pb2 import (
     ArmState,
     ArmStates,
     Consent,
+    JointPath,
+    JointTrajectory,
     Setpoints,
 )
 from shared.messages.control_pb2 import (
@@ -107,6 +109,8 @@ __all__ = [
     "GoalPreview",
     "Grip",
     "Health",
+    "JointPath",
+    "JointTrajectory",
     "Message",
     "NodeChain",
     "Obstacle",

@@ -39,8 +39,32 @@ class Setpoints(_message.Message):
     reason: str
     def __init__(self, stamp: _Optional[int] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., t0: _Optional[int] = ..., dt: _Optional[int] = ..., arms: _Optional[_Iterable[_Union[ArmSetpoints, _Mapping]]] = ..., image_stamp: _Optional[int] = ..., hold: _Optional[bool] = ..., reason: _Optional[str] = ...) -> None: ...
 
+class JointPath(_message.Message):
+    __slots__ = ("arm", "positions", "velocities")
+    ARM_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    VELOCITIES_FIELD_NUMBER: _ClassVar[int]
+    arm: str
+    positions: _containers.RepeatedScalarFieldContainer[float]
+    velocities: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, arm: _Optional[str] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ...) -> None: ...
+
+class JointTrajectory(_message.Message):
+    __slots__ = ("id", "stamp", "times", "arms", "cancel")
+    ID_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    TIMES_FIELD_NUMBER: _ClassVar[int]
+    ARMS_FIELD_NUMBER: _ClassVar[int]
+    CANCEL_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    stamp: int
+    times: _containers.RepeatedScalarFieldContainer[int]
+    arms: _containers.RepeatedCompositeFieldContainer[JointPath]
+    cancel: bool
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., times: _Optional[_Iterable[int]] = ..., arms: _Optional[_Iterable[_Union[JointPath, _Mapping]]] = ..., cancel: _Optional[bool] = ...) -> None: ...
+
 class ArmState(_message.Message):
-    __slots__ = ("arm", "driver", "position", "orientation", "linear_velocity", "angular_velocity", "joints", "gripper_closed", "alarms", "tracking_error", "link_age", "mode", "link_rate", "link_gap", "pull", "powered", "tracking_angle", "address")
+    __slots__ = ("arm", "driver", "position", "orientation", "linear_velocity", "angular_velocity", "joints", "gripper_closed", "alarms", "tracking_error", "link_age", "mode", "link_rate", "link_gap", "pull", "powered", "tracking_angle", "address", "commanded_joints")
     ARM_FIELD_NUMBER: _ClassVar[int]
     DRIVER_FIELD_NUMBER: _ClassVar[int]
     POSITION_FIELD_NUMBER: _ClassVar[int]
@@ -59,6 +83,7 @@ class ArmState(_message.Message):
     POWERED_FIELD_NUMBER: _ClassVar[int]
     TRACKING_ANGLE_FIELD_NUMBER: _ClassVar[int]
     ADDRESS_FIELD_NUMBER: _ClassVar[int]
+    COMMANDED_JOINTS_FIELD_NUMBER: _ClassVar[int]
     arm: str
     driver: str
     position: _containers.RepeatedScalarFieldContainer[float]
@@ -77,10 +102,11 @@ class ArmState(_message.Message):
     powered: bool
     tracking_angle: float
     address: str
-    def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ..., mode: _Optional[str] = ..., link_rate: _Optional[float] = ..., link_gap: _Optional[float] = ..., pull: _Optional[float] = ..., powered: _Optional[bool] = ..., tracking_angle: _Optional[float] = ..., address: _Optional[str] = ...) -> None: ...
+    commanded_joints: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ..., mode: _Optional[str] = ..., link_rate: _Optional[float] = ..., link_gap: _Optional[float] = ..., pull: _Optional[float] = ..., powered: _Optional[bool] = ..., tracking_angle: _Optional[float] = ..., address: _Optional[str] = ..., commanded_joints: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class ArmStates(_message.Message):
-    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count", "cause", "may_move", "needs_resume", "next_session", "approach_distance", "approach_angle", "approaching", "needs_approach", "scenario", "reaches_hardware", "slow_pauses")
+    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count", "cause", "may_move", "needs_resume", "next_session", "approach_distance", "approach_angle", "approaching", "needs_approach", "scenario", "reaches_hardware", "slow_pauses", "trajectory", "trajectory_state", "trajectory_reason")
     class Mode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         DISARMED: _ClassVar[ArmStates.Mode]
@@ -93,6 +119,20 @@ class ArmStates(_message.Message):
     MOVING: ArmStates.Mode
     HOLDING: ArmStates.Mode
     FAULT: ArmStates.Mode
+    class TrajectoryState(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        NO_TRAJECTORY: _ClassVar[ArmStates.TrajectoryState]
+        EXECUTING: _ClassVar[ArmStates.TrajectoryState]
+        REACHED: _ClassVar[ArmStates.TrajectoryState]
+        CANCELLED: _ClassVar[ArmStates.TrajectoryState]
+        REFUSED: _ClassVar[ArmStates.TrajectoryState]
+        STOPPED: _ClassVar[ArmStates.TrajectoryState]
+    NO_TRAJECTORY: ArmStates.TrajectoryState
+    EXECUTING: ArmStates.TrajectoryState
+    REACHED: ArmStates.TrajectoryState
+    CANCELLED: ArmStates.TrajectoryState
+    REFUSED: ArmStates.TrajectoryState
+    STOPPED: ArmStates.TrajectoryState
     STAMP_FIELD_NUMBER: _ClassVar[int]
     BOOT_FIELD_NUMBER: _ClassVar[int]
     MODE_FIELD_NUMBER: _ClassVar[int]
@@ -118,6 +158,9 @@ class ArmStates(_message.Message):
     SCENARIO_FIELD_NUMBER: _ClassVar[int]
     REACHES_HARDWARE_FIELD_NUMBER: _ClassVar[int]
     SLOW_PAUSES_FIELD_NUMBER: _ClassVar[int]
+    TRAJECTORY_FIELD_NUMBER: _ClassVar[int]
+    TRAJECTORY_STATE_FIELD_NUMBER: _ClassVar[int]
+    TRAJECTORY_REASON_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     boot: str
     mode: ArmStates.Mode
@@ -143,7 +186,10 @@ class ArmStates(_message.Message):
     scenario: str
     reaches_hardware: bool
     slow_pauses: int
-    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ..., cause: _Optional[str] = ..., may_move: _Optional[bool] = ..., needs_resume: _Optional[bool] = ..., next_session: _Optional[str] = ..., approach_distance: _Optional[float] = ..., approach_angle: _Optional[float] = ..., approaching: _Optional[bool] = ..., needs_approach: _Optional[bool] = ..., scenario: _Optional[str] = ..., reaches_hardware: _Optional[bool] = ..., slow_pauses: _Optional[int] = ...) -> None: ...
+    trajectory: str
+    trajectory_state: ArmStates.TrajectoryState
+    trajectory_reason: str
+    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ..., cause: _Optional[str] = ..., may_move: _Optional[bool] = ..., needs_resume: _Optional[bool] = ..., next_session: _Optional[str] = ..., approach_distance: _Optional[float] = ..., approach_angle: _Optional[float] = ..., approaching: _Optional[bool] = ..., needs_approach: _Optional[bool] = ..., scenario: _Optional[str] = ..., reaches_hardware: _Optional[bool] = ..., slow_pauses: _Optional[int] = ..., trajectory: _Optional[str] = ..., trajectory_state: _Optional[_Union[ArmStates.TrajectoryState, str]] = ..., trajectory_reason: _Optional[str] = ...) -> None: ...
 
 class ArmCommand(_message.Message):
     __slots__ = ("id", "stamp", "boot", "action", "arm", "close", "answers", "approach_distance", "approach_angle", "session")

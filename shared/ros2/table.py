@@ -13,7 +13,7 @@ from lariat.suggestion import did_you_mean
 from shared import topics
 from shared.cell_description import WORLD_FRAME
 from shared.ros2.outputs import ROBOT_DESCRIPTION, Output, outputs
-from shared.ros2.types import SHAPE_ROPE, TRIGGER
+from shared.ros2.types import FOLLOW_TRAJECTORY, SHAPE_ROPE, TRIGGER
 from shared.ros2.wire import LATCHED, Qos
 from shared.topics import Topic
 
@@ -47,6 +47,8 @@ INPUTS = (
     Endpoint("collision_object", "moveit_msgs/msg/CollisionObject",
              "obstacles: boxes, spheres, cylinders", Qos()),
     Endpoint("shape_rope", SHAPE_ROPE, "goal with feedback and result; a cancel stops the arms"),
+    Endpoint("follow_joint_trajectory", FOLLOW_TRAJECTORY,
+             "trajectory of an arm's joints, or of both arms'; a cancel stops it"),
     Endpoint("hold", TRIGGER, "stop the arms; a person at page or terminal lets them go on"),
     *(Endpoint(name, TRIGGER, f"{name} the run") for name in ("start", "pause", "stop", "reset")),
 )  # fmt: skip

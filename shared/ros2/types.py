@@ -23,6 +23,8 @@ CDR_HEADER = b"\x00\x01\x00\x00"
 """First bytes of every message."""
 MAX_PADDING = 64
 """Most bytes after the last field of a message."""
+FOLLOW_TRAJECTORY = "control_msgs/action/FollowJointTrajectory"
+"""Action that executes a trajectory of the joints."""
 TRIGGER = "std_srvs/srv/Trigger"
 """Service that does one thing and says whether it could."""
 SHAPE_ROPE = "lariat_interfaces/action/ShapeRope"

@@ -29,6 +29,10 @@ class ArmKinematics(Protocol):
         """Return spheres that cover the moving links along a path of the joints."""
         ...
 
+    def grip(self, joints: Joints) -> Pose:
+        """Return the grip pose in the world."""
+        ...
+
     def solve(self, grip: Pose, near: Joints) -> Joints | None:
         """Return the joints for a grip pose in the world on the branch of `near`, if any."""
         ...

@@ -25,12 +25,11 @@ from shared.bus import BusError
 from shared.ros2.actions import ActionClient, ClientGoal, Status
 from shared.ros2.node import Node, Publisher, Subscription
 from shared.ros2.router import environment_domain
-from shared.ros2.types import duration, header, ros
+from shared.ros2.types import FOLLOW_TRAJECTORY, duration, header, ros
 from shared.ros2.wire import Qos
 
 log = logging.getLogger(__name__)
 
-ACTION = "control_msgs/action/FollowJointTrajectory"
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 MULTI_DOF = "trajectory_msgs/msg/MultiDOFJoint"
 LOOKAHEAD = SECOND // 20
@@ -100,7 +99,7 @@ class _Goals:
             self._client.forget(self._sent.id)
         nothing = ros(f"{MULTI_DOF}Trajectory", header=header(0, ""), joint_names=[], points=[])
         goal = ros(
-            f"{ACTION}_Goal",
+            f"{FOLLOW_TRAJECTORY}_Goal",
             trajectory=trajectory,
             multi_dof_trajectory=nothing,
             path_tolerance=[],
@@ -196,7 +195,7 @@ class Ros2Arm:
                 )
                 commands = node.publisher(f"/{self._controller}/joint_trajectory", TRAJECTORY)
                 action = f"/{self._controller}/follow_joint_trajectory"
-                goals = _Goals(ActionClient(node, action, ACTION))
+                goals = _Goals(ActionClient(node, action, FOLLOW_TRAJECTORY))
                 self._link = _Link(node, states, commands, goals)
                 return
             except BusError as error:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from shared import messages
 from shared.messages.checks.values import (
+    MAX_INTEGER,
     MAX_MAGNITUDE,
     Checks,
+    check_bounded,
     check_integer,
     check_length,
     check_places,
@@ -15,6 +18,8 @@ from shared.messages.checks.values import (
     count_points,
 )
 
+MAX_TRAJECTORY_POINTS = 1000
+"""Most points of a trajectory of the joints."""
 _ARM_MODES = frozenset(messages.ArmStates.Mode.values())
 _ARM_LENGTHS = ((3, 4, 3, 3), (3, 4, 0, 0), (0, 0, 3, 3), (0, 0, 0, 0))
 """Lengths of an arm's position, orientation and velocities, as far as they are known."""
@@ -59,8 +64,27 @@ def _check_arm_states(message: messages.ArmStates) -> None:
         check_places("position", position)
         # A comparison with a number that is none is false.
         values = position + orientation + linear + angular + arm.joints[:]
+        values += arm.commanded_joints[:]
         if not sum(map(abs, values)) <= MAX_MAGNITUDE:
             raise ValueError(f"a vector of {arm.arm!r} holds a number beyond ±1e6, or none")
+
+
+def _check_trajectory(message: messages.JointTrajectory) -> None:
+    check_integer("stamp", message.stamp)
+    times, arms = message.times, message.arms
+    if len(times) > MAX_TRAJECTORY_POINTS:
+        raise ValueError(f"{len(times)} points; a trajectory has up to {MAX_TRAJECTORY_POINTS}")
+    if any(b <= a for a, b in pairwise([-1, *times])) or times[-1:] > [MAX_INTEGER]:
+        raise ValueError("times do not increase")
+    _check_arms([arm.arm for arm in arms])
+    if bool(times) != bool(arms):
+        raise ValueError("a trajectory has both points and arms, or neither")
+    for arm in arms:
+        width = len(arm.positions) // len(times)
+        check_length("positions", arm.positions, max(width, 1) * len(times))
+        check_length("velocities", arm.velocities, 0, len(arm.positions))
+        check_bounded("positions", arm.positions)
+        check_bounded("velocities", arm.velocities)
 
 
 def _check_arm_command(message: messages.ArmCommand) -> None:
@@ -75,5 +99,6 @@ CHECKS: Checks = {
     messages.Setpoints: _check_setpoints,
     messages.ArmStates: _check_arm_states,
     messages.ArmCommand: _check_arm_command,
+    messages.JointTrajectory: _check_trajectory,
 }
 """Check of each type of message."""

@@ -237,7 +237,7 @@ def test_nothing_arms_or_resumes(bench: Bench):
     assert topics.ARM_COMMAND not in bench.service.writes
     assert served - actions == {"start", "pause", "stop", "reset", "hold"}
     mine = [key for key in published_keys("ros2") if key.startswith("arm/")]
-    assert mine == [topics.ARM_HOLD.key]
+    assert mine == [topics.ARM_HOLD.key, topics.ARM_TRAJECTORY.key]
 
 
 def test_a_hold_is_answered_by_the_gateway(bench: Bench):

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from services.robot_gateway.drivers.ros2 import ACTION, TRAJECTORY
+from services.robot_gateway.drivers.ros2 import TRAJECTORY
 from shared.ros2.actions import ActionServer, ServerGoal, Status
 from shared.ros2.node import Node
-from shared.ros2.types import header, nanoseconds, ros
+from shared.ros2.types import FOLLOW_TRAJECTORY, header, nanoseconds, ros
 
 CONTROLLER = "joint_trajectory_controller"
 RATE = 200.0
@@ -36,7 +36,7 @@ class TrajectoryController:
         self.server = self._commands = None
         if action:
             name = f"/{CONTROLLER}/follow_joint_trajectory"
-            self.server = ActionServer(self.node, name, ACTION)
+            self.server = ActionServer(self.node, name, FOLLOW_TRAJECTORY)
         else:
             self._commands = self.node.subscription(f"/{CONTROLLER}/joint_trajectory", TRAJECTORY)
         self.rejects, self.gives_up = False, ""

@@ -21,11 +21,11 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from cli.extrinsics import Extrinsics, MarkerView, estimate_extrinsics
 from lariat.configuration import ConfigurationError, refusing
 from lariat.geometry import poses
 from lariat.geometry.cameras import Intrinsics
 from lariat.geometry.poses import Pose
+from lariat.perception.extrinsics import Extrinsics, MarkerView, estimate_extrinsics
 from lariat.perception.markers.marker_detection import MarkerDetector
 from lariat.scenario import Scenario
 from lariat.scenario.cameras import CameraSetup

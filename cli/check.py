@@ -14,12 +14,13 @@ import numpy as np
 import tyro
 
 from cli.task import LOCAL, CellOptions
+from lariat.planning import preflight
 from lariat.scenario import SIDES, Scenario
 from lariat.scenario.plausibility import doubts
 from lariat.scenario.settings import load_with
 from shared import topics
 from shared.cell_checks import REQUIRED_SERVICES, CellChecks, CheckResult
-from stack import dependencies, preflight, services
+from stack import dependencies, services
 from stack.client import Cell, Client, connect
 
 LISTENING_TIME = 3.0
@@ -218,10 +219,10 @@ def planned(cell: Scenario, alternatives: int = 1, nearest: Path | None = None) 
     """
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
     from lariat.planning.alternatives import alternative_paths, duration, travel
+    from lariat.planning.arms.advice import helpful_changes
     from lariat.planning.arms.arm_check import goal_fault, start_fault
     from lariat.planning.cell_problem import scenario_departure, scenario_problem
     from services.planner.service import PlannerService
-    from stack.arm_advice import helpful_changes
 
     PlannerService(cell).warm_up()
     problem = scenario_problem(cell)

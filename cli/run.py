@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from lariat.configuration import ConfigurationError
+from lariat.planning import preflight
 from lariat.scenario import SIDES, Scenario
 from lariat.scenario.plausibility import doubts
 from lariat.scenario.settings import load_with
@@ -20,7 +21,6 @@ from lariat.trajectory import SECOND
 from services.recorder.runs.run_folder import MAX_NOTE_LENGTH
 from shared import topics
 from shared.messages.parameters import described
-from stack import preflight
 from stack.simulation.closed_loop import run, with_emulated_arms
 from stack.simulation.kept_run import KeptRun
 from stack.simulation.score import Score, as_json

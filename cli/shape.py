@@ -12,7 +12,7 @@ import tyro
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
 from lariat.scenario.settings import load_with
-from stack.simulation.rest_shape import rest_shape, write_nodes
+from lariat.simulation.rest_shape import rest_shape, write_nodes
 
 
 def main(

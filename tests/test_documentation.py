@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from docs.generator.reference_pages import PATHS
+from lariat.planning import preflight
 from lariat.scenario import parse
 from shared.topics import TOPICS
-from stack import preflight
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("lariat/*.md")])

@@ -19,7 +19,7 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod
 from lariat.scenario import SIDES, Scenario
 from lariat.simulation.plants.factory import true_properties
-from stack.simulation.rest_shape import goal_grips
+from lariat.simulation.rest_shape import goal_grips
 
 SIGHT_SIGMA = 0.0005
 """Standard deviation of each coordinate of a seen point [m]."""

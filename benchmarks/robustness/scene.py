@@ -27,7 +27,7 @@ from lariat.planning.rope_model import RopeModel
 from lariat.scenario import SIDES, Goal, Scenario, load
 from lariat.scenario.settings import load_with, to_toml
 from lariat.simulation.plants.factory import build_plant
-from stack.simulation.rest_shape import goal_grips, rest_shape, write_nodes
+from lariat.simulation.rest_shape import goal_grips, rest_shape, write_nodes
 
 MIN_CLEARANCE = 0.010
 """Least distance of the true rope from an obstacle that is no support, at start and goal [m]."""

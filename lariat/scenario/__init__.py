@@ -1,7 +1,7 @@
 """Scenarios: TOML files with the rope, cell, obstacles, goal and settings of a run.
 
-`load` reads and checks a file. `stack.preflight` checks the rest, which takes the rod: whether the
-rope at rest touches an obstacle.
+`load` reads and checks a file. `lariat.planning.preflight` checks the rest, which takes
+the rod: whether the rope at rest touches an obstacle.
 """
 
 from __future__ import annotations

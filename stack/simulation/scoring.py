@@ -13,6 +13,7 @@ from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import Goal, Scenario
 from lariat.simulation.distractors import MovingTubes
+from lariat.simulation.least_clearance import LeastClearance
 from lariat.trajectory import NANOSECONDS, SECOND
 from services.sim.marked_obstacles import MarkedObstacles
 from shared import topics
@@ -25,7 +26,6 @@ from shared.messages import (
 )
 from shared.messages.parameters import named_parameters
 from stack.simulation.horizon_error import HorizonError
-from stack.simulation.least_clearance import LeastClearance
 from stack.simulation.sensing_error import SensingError
 from stack.simulation.simulated_time import Delivery
 from stack.simulation.true_rope import TrueRope

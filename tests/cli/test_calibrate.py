@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from cli.__main__ import main
-from cli.extrinsics import MarkerView, estimate_extrinsics
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
+from lariat.perception.extrinsics import MarkerView, estimate_extrinsics
 from lariat.scenario import parse
 from lariat.simulation.camera.true_camera import true_camera
 from stack.simulation.recorder_tap import RecorderTap

@@ -14,15 +14,15 @@ from lariat.arms.description import CR5_URDF
 from lariat.configuration import ConfigurationError
 from lariat.geometry import polylines
 from lariat.planning import cell_problem as planning
+from lariat.planning import preflight
 from lariat.planning.moving_obstacles import Departure
 from lariat.planning.problem import Problem
 from lariat.planning.shorter_path import stay
 from lariat.scenario import Scenario
 from lariat.scenario.entries import inline
 from lariat.scenario.settings import load_with
+from lariat.simulation.rest_shape import rest_shape
 from services.robot_gateway.drivers.factory import drivers_of
-from stack import preflight
-from stack.simulation.rest_shape import rest_shape
 
 
 def test_a_plan_is_part_of_the_check(capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,10 +10,10 @@ import pytest
 from lariat.geometry import polylines
 from lariat.scenario import Scenario, load
 from lariat.scenario.settings import load_with
+from lariat.simulation.rest_shape import rest_shape
 from shared import topics
 from shared.messages import chain
 from stack.simulation import closed_loop
-from stack.simulation.rest_shape import rest_shape
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 PART = (0.12, 0.3)

@@ -9,12 +9,12 @@ from lariat.configuration import ConfigurationError
 from lariat.control.mpc.collision_scene import CollisionScene
 from lariat.control.supervision.clearance_guard import ClearanceGuard
 from lariat.geometry.obstacles import chain_clearance
+from lariat.planning import preflight
 from lariat.rod import Rod
 from lariat.scenario.rod_properties import rod_properties
 from lariat.scenario.settings import load_with
 from shared import topics
 from shared.messages import chain
-from stack import preflight
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import Delivery
 from tests.closed_loop.loop import SCENARIOS

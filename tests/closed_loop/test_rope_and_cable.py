@@ -7,7 +7,7 @@ import pytest
 
 from lariat.scenario import load
 from lariat.scenario.rod_properties import rod_properties
-from stack.simulation.rest_shape import rest_shape
+from lariat.simulation.rest_shape import rest_shape
 from tests.closed_loop.loop import SCENARIOS, run
 
 

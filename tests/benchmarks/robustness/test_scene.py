@@ -13,7 +13,7 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import chain_clearance
 from lariat.scenario import load
 from lariat.simulation.plants.factory import build_plant
-from stack.simulation.rest_shape import goal_grips
+from lariat.simulation.rest_shape import goal_grips
 
 
 def combination(name: str, **changes: object) -> Combination:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
+from lariat.simulation.least_clearance import GATHERED, LeastClearance
 from lariat.trajectory import SECOND
-from stack.simulation.least_clearance import GATHERED, LeastClearance
 
 RADIUS = 0.004
 PERIOD = SECOND // 30

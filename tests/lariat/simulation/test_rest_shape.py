@@ -11,7 +11,7 @@ from lariat.rod import Rod
 from lariat.scenario import load
 from lariat.scenario.rod_properties import rod_properties
 from lariat.scenario.settings import load_with
-from stack.simulation.rest_shape import goal_grips, rest_shape
+from lariat.simulation.rest_shape import goal_grips, rest_shape
 
 EQUAL = ("plant.model=rod", "plant.rope.node_count=40")
 

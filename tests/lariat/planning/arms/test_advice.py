@@ -2,10 +2,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from lariat.planning.arms.advice import helpful_changes
 from lariat.planning.arms.arm_check import arm_fault
 from lariat.planning.cell_problem import scenario_problem
 from lariat.planning.whole_path import plan
-from stack.arm_advice import helpful_changes
 from tests.lariat.planning.arms.scenes import AT_THE_GOAL, cell_with
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from lariat.arms.kernel_trials import SCRATCH_SIZE
+from lariat.arms.kernel_self_tests import SCRATCH_SIZE
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.kernel_cache import cache
@@ -21,7 +21,7 @@ def _source(function: str) -> KernelSource:
         function.replace("_", "-"),
         f"lariat.arms.kernels:{function}",
         ("lariat.arms.kernels",),
-        f"lariat.arms.kernel_trials:{function}",
+        f"lariat.arms.kernel_self_tests:{function}",
         Path(__file__).parents[2],
     )
 

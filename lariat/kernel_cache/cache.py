@@ -43,8 +43,8 @@ for package in packages.split(","):
     spec.loader.exec_module(sys.modules[package])
 from lariat.kernel_cache import compiler
 from lariat.kernel_cache.source import KernelSource
-name, function, modules, trials = source
-source = KernelSource(name, function, tuple(modules.split(",")), trials, pathlib.Path(root))
+name, function, modules, self_tests = source
+source = KernelSource(name, function, tuple(modules.split(",")), self_tests, pathlib.Path(root))
 compiler.main(folder, source)
 """
 """Program of the compiling process: imports the packages from the root alone, so that no others on
@@ -117,7 +117,7 @@ def _kept(source: KernelSource, folder: Path) -> CompiledKernel:
 def compiling_command(source: KernelSource, folder: Path) -> list[str]:
     """Return the command that compiles a kernel into a folder."""
     words = [str(folder), str(source.root), ",".join(source.packages)]
-    words += [source.name, source.function, ",".join(source.modules), source.trials]
+    words += [source.name, source.function, ",".join(source.modules), source.self_tests]
     return [sys.executable, "-P", "-c", _COMPILING_PROGRAM, *words]
 
 

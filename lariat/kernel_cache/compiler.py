@@ -64,17 +64,17 @@ def compiled(source: KernelSource) -> tuple[str, bytes]:
     key = kernel_key(source)
     runtime.start(writes_intermediate_code=True)
     kernel = attribute(source.function)
-    expected = attribute(source.trials)()
-    for trial in expected:
-        kernel(*trial.arguments)
+    expected = attribute(source.self_tests)()
+    for test in expected:
+        kernel(*test.arguments)
     # Taichi has read the sources: what has changed since belongs to another key.
     if kernel_key(source) != key:
         raise ValueError("a source of the kernel changed while it was compiled")
     content = cache.pack(_machine_code(kernel.__name__), _argument_codes(kernel))
     run = cache.unpack(content)
-    for trial, there in zip(attribute(source.trials)(), expected, strict=True):
-        run(*trial.arguments)
-        compare(trial.results, there.results)
+    for test, there in zip(attribute(source.self_tests)(), expected, strict=True):
+        run(*test.arguments)
+        compare(test.results, there.results)
     return key, content
 
 

@@ -30,7 +30,7 @@ class NoCompilerError(Exception):
         super().__init__(text)
 
 
-class Trial(NamedTuple):
+class SelfTest(NamedTuple):
     """Launch by which machine code is compared with the kernel that Taichi runs."""
 
     arguments: Sequence[np.ndarray[Any, Any] | float]
@@ -41,7 +41,7 @@ class Trial(NamedTuple):
 
 @dataclass(frozen=True)
 class KernelSource:
-    """Kernel, the sources that it is compiled from, and trials of it."""
+    """Kernel, the sources that it is compiled from, and its self-tests."""
 
     name: str
     """Name of its files in the cache."""
@@ -49,9 +49,9 @@ class KernelSource:
     """Kernel, as `package.module:function`, all of whose loops are serialized."""
     modules: tuple[str, ...]
     """Modules and packages with the source of the kernel and its constants."""
-    trials: str
-    """Function, as `package.module:function`, that returns a list of new `Trial`s, equal at every
-    call, which together run every part of the kernel."""
+    self_tests: str
+    """Function, as `package.module:function`, that returns a list of new `SelfTest`s, equal at
+    every call, which together run every part of the kernel."""
     root: Path = ROOT
     """Folder of the packages of the kernel and of `lariat`."""
 

@@ -16,7 +16,7 @@ KERNEL = KernelSource(
     "perception-fit",
     "lariat.perception.centerline.kernels.fit:fit",
     ("lariat.perception.centerline.kernels", "lariat.perception.centerline.bandwidth"),
-    "lariat.perception.centerline.fit_trials:trials",
+    "lariat.perception.centerline.fit_self_tests:self_tests",
     Path(__file__).parents[3],
 )
 """Kernel of the fit."""

@@ -20,7 +20,7 @@ SOURCE = KernelSource(
     "rod",
     "lariat.rod.kernels.rollout:roll_out",
     ("lariat.rod.kernels", "lariat.rod.launch.codes", "lariat.rod.launch.layout", "lariat.shapes"),
-    "lariat.rod.launch.trials:trials",
+    "lariat.rod.launch.self_tests:self_tests",
 )
 """The rod's kernel."""
 

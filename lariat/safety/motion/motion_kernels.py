@@ -29,7 +29,7 @@ def _source(function: str) -> KernelSource:
         function.replace("_", "-"),
         f"{PACKAGE}.kernels:{function}",
         (f"{PACKAGE}.kernels",),
-        f"{PACKAGE}.kernel_trials:{function}",
+        f"{PACKAGE}.kernel_self_tests:{function}",
         Path(__file__).parents[3],
     )
 

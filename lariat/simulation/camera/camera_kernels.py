@@ -18,7 +18,7 @@ def _source(module: str, function: str, *others: str) -> KernelSource:
         f"camera-{module}",
         f"{KERNELS}.{module}:{function}",
         (*(f"{KERNELS}.{name}" for name in (module, "rays", "depths")), *others),
-        f"{PACKAGE}.kernel_trials:{module}",
+        f"{PACKAGE}.kernel_self_tests:{module}",
         Path(__file__).parents[3],
     )
 

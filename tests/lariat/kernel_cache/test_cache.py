@@ -16,7 +16,7 @@ from lariat.kernel_cache.key import LANGUAGES, cache_folder, kernel_key
 from lariat.kernel_cache.source import ROOT, KernelSource, NoCompilerError
 from lariat.rod.launch.machine_code import SOURCE
 from lariat.simulation.camera import camera_kernels
-from lariat.simulation.camera.kernel_trials import edges
+from lariat.simulation.camera.kernel_self_tests import edges
 
 PACKAGE_ROOT = ROOT / "lariat"
 KERNELS = """
@@ -31,13 +31,13 @@ def scale(values: doubles, factor: ti.f64):
         values[i] *= FACTOR * factor
 """
 """Module with a small kernel."""
-TRIALS = """
+SELF_TESTS = """
 import numpy as np
-from lariat.kernel_cache.source import Trial
+from lariat.kernel_cache.source import SelfTest
 
-def trials():
+def scale():
     values = np.array([1.0, 2.0, 3.0])
-    return [Trial((values, 0.5), (values,))]
+    return [SelfTest((values, 0.5), (values,))]
 """
 SCALING = """
 import sys
@@ -48,7 +48,7 @@ from lariat.kernel_cache import cache
 from lariat.kernel_cache.source import KernelSource
 
 values = np.array([1.0, 10.0])
-source = KernelSource("scale", "probe.kernels:scale", ("probe.kernels",), "probe.trials:trials")
+source = KernelSource("scale", "probe.kernels:scale", ("probe.kernels",), "probe.self_tests:scale")
 cache.kernel(source)(values, 0.5)
 assert "taichi" not in sys.modules
 print(lariat.__path__[0], *values)
@@ -64,7 +64,7 @@ def checkout(folder: Path, factor: float) -> Path:
     probe.mkdir()
     (probe / "__init__.py").write_text("")
     (probe / "kernels.py").write_text(KERNELS.replace("FACTOR", str(factor)))
-    (probe / "trials.py").write_text(TRIALS)
+    (probe / "self_tests.py").write_text(SELF_TESTS)
     return folder
 
 
@@ -94,7 +94,7 @@ def scaled(root: Path, current: Path, home: Path, search_path: Path) -> list[flo
 def probe(root: Path) -> KernelSource:
     """Return the small kernel of a checkout."""
     return KernelSource(
-        "scale", "probe.kernels:scale", ("probe.kernels",), "probe.trials:trials", root
+        "scale", "probe.kernels:scale", ("probe.kernels",), "probe.self_tests:scale", root
     )
 
 
@@ -189,8 +189,8 @@ def test_what_was_compiled_from_changed_sources_is_not_used(
 def test_a_failed_compilation_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     root = checkout(tmp_path / "checkout", 4.0)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    (root / "probe" / "trials.py").write_text("def trials(): raise ValueError('no trials')")
-    with pytest.raises(RuntimeError, match="scale could not be compiled: ValueError: no trials"):
+    (root / "probe" / "self_tests.py").write_text("def scale(): raise ValueError('no test')")
+    with pytest.raises(RuntimeError, match="scale could not be compiled: ValueError: no test"):
         cache.kernel.__wrapped__(probe(root))
 
 

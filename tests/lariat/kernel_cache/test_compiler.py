@@ -64,12 +64,12 @@ def test_a_parallel_kernel_is_refused(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("source", [KERNEL, *camera_kernels.SOURCES], ids=lambda s: s.name)
-def test_trials_of_a_kernel_change_what_it_writes(source: KernelSource) -> None:
+def test_self_tests_of_a_kernel_change_what_it_writes(source: KernelSource) -> None:
     run = cache.kernel(source)
-    for trial in compiler.attribute(source.trials)():
-        before = [result.copy() for result in trial.results]
-        run(*trial.arguments)
-        assert any(np.any(a != b) for a, b in zip(trial.results, before, strict=True))
+    for test in compiler.attribute(source.self_tests)():
+        before = [result.copy() for result in test.results]
+        run(*test.arguments)
+        assert any(np.any(a != b) for a, b in zip(test.results, before, strict=True))
 
 
 def test_machine_code_with_other_numbers_is_rejected() -> None:

@@ -24,7 +24,7 @@ SOURCE = KernelSource(
         "lariat.rod.launch.layout",
         "lariat.shapes",
     ),
-    "lariat.paper.xpbd.launch.trials:trials",
+    "lariat.paper.xpbd.launch.self_tests:self_tests",
 )
 """The kernel of the paper's rod."""
 MAX_DOUBLES = 5e8

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle, pack
-from lariat.kernel_cache.source import Trial
+from lariat.kernel_cache.source import SelfTest
 from lariat.simulation.camera.kernels.depths import BLOCK_SHIFT, DRAWN, FAR, STILL
 
 HEIGHT, WIDTH = 90, 120
@@ -16,7 +16,7 @@ TILTED = (0.94, 0.2, 0.25, 0.1)
 """Quaternion, to be normalized."""
 
 
-def bodies() -> list[Trial]:
+def bodies() -> list[SelfTest]:
     """Return a drawing of an obstacle of every shape."""
     q = tuple(np.array(TILTED) / np.linalg.norm(TILTED))
     obstacles = [
@@ -29,10 +29,10 @@ def bodies() -> list[Trial]:
     ]
     image = _image()
     tints = np.random.default_rng(0).uniform(0.0, 255.0, (len(obstacles), 3))
-    return [Trial((*image, CAMERA, pack(obstacles), tints), image)]
+    return [SelfTest((*image, CAMERA, pack(obstacles), tints), image)]
 
 
-def plates() -> list[Trial]:
+def plates() -> list[SelfTest]:
     """Return a drawing of two plates, one of them partly outside the image."""
     image = _image()
     packed = np.array(
@@ -42,10 +42,10 @@ def plates() -> list[Trial]:
         ]
     )
     patterns = np.random.default_rng(0).integers(0, 256, (2, 6, 6), np.uint8)
-    return [Trial((*image, CAMERA, packed, patterns), image)]
+    return [SelfTest((*image, CAMERA, packed, patterns), image)]
 
 
-def rope() -> list[Trial]:
+def rope() -> list[SelfTest]:
     """Return a drawing of an arc of capsules behind and before what the image shows."""
     image = _image()
     image[1][:, 70:] = 0.8
@@ -54,10 +54,10 @@ def rope() -> list[Trial]:
     tints = np.tile([12.0, 200.0, 90.0], (19, 1))
     capsules = np.hstack([nodes[:-1], nodes[1:], np.full((19, 1), 0.01), tints])
     scratch = [np.zeros((HEIGHT, WIDTH), np.float32) for _ in range(2)]
-    return [Trial((*image, *scratch, CAMERA, capsules, 2.0), (*image, *scratch))]
+    return [SelfTest((*image, *scratch, CAMERA, capsules, 2.0), (*image, *scratch))]
 
 
-def edges() -> list[Trial]:
+def edges() -> list[SelfTest]:
     """Return the depths of an image with edges and with pixels that show nothing."""
     _, z_buffer, marks = _image()
     z_buffer[5:, :80] = 0.7
@@ -66,7 +66,7 @@ def edges() -> list[Trial]:
     marks[::2], marks[1::2] = STILL, DRAWN
     keys = np.random.default_rng(0).integers(0, 1 << 32, HEIGHT, np.uint32)
     settings = np.array([1e-3, 0.02, 0.5, 0.3])
-    return [Trial((depth, z_buffer, marks, keys, settings), (depth,))]
+    return [SelfTest((depth, z_buffer, marks, keys, settings), (depth,))]
 
 
 def _image() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

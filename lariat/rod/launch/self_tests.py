@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle, pack
-from lariat.kernel_cache.source import Trial
+from lariat.kernel_cache.source import SelfTest
 from lariat.rod.initial_shapes import straight
 from lariat.rod.launch.buffers import BufferPool, kernel_arrays
 from lariat.rod.launch.codes import Derivatives
@@ -31,7 +31,7 @@ SHARED = ("bending_stiffness", "length", "damping", "internal_damping", "drag_co
 """Parameters that all launches with derivatives differentiate in."""
 
 
-def trials() -> list[Trial]:
+def self_tests() -> list[SelfTest]:
     """Return launches that together run every part of the kernel."""
     properties = RodProperties(
         0.45, 0.008, 0.044, 1e6, internal_damping=0.01, drag_coefficient=20.0
@@ -47,7 +47,7 @@ def trials() -> list[Trial]:
     rng = np.random.default_rng(0)
     actions = rng.uniform(-0.3, 0.3, (2, 3, 2, 6))
     cost = rng.standard_normal((2, 3, 12, 3))
-    found = []
+    tests = []
     for kinds, self_contact, friction in (
         (Derivatives.ADJOINT, False, False),
         (Derivatives.SENSITIVITIES, False, False),
@@ -68,5 +68,5 @@ def trials() -> list[Trial]:
         spec = RolloutSpec(states, actions, 0.02, obstacles=bodies)
         launch = prepare(model, pack_constants(model), BufferPool(), spec, request)
         arguments = (*kernel_arrays(launch.integers, launch.doubles), launch.sizes.batch)
-        found.append(Trial(arguments, [launch.section(name) for name in RESULTS]))
-    return found
+        tests.append(SelfTest(arguments, [launch.section(name) for name in RESULTS]))
+    return tests

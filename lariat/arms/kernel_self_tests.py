@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lariat.kernel_cache.source import Trial
+from lariat.kernel_cache.source import SelfTest
 
 SCRATCH_SIZE = 264
 """Numbers of scratch memory for up to six joints."""
@@ -31,18 +31,18 @@ def _chain() -> np.ndarray:
     return chain
 
 
-def joint_speeds() -> list[Trial]:
+def joint_speeds() -> list[SelfTest]:
     """Return a twist of the grip."""
     velocity, speeds = np.array([[0.1, -0.2, 0.05], [0.3, 0.1, -0.4]]), np.zeros(6)
     arrays = (_chain(), JOINTS[None].copy(), velocity, speeds, np.zeros(SCRATCH_SIZE))
-    return [Trial((*arrays, 1e-6), (speeds,))]
+    return [SelfTest((*arrays, 1e-6), (speeds,))]
 
 
-def follow_path() -> list[Trial]:
+def follow_path() -> list[SelfTest]:
     """Return a path that is solved, one that leads out of reach, and one that is given."""
     chain = _chain()
     spheres = np.array([[0.0, 0.0, 0.1, 0.0], [2.0, 0.1, 0.0, 0.0], [5.0, 0.0, 0.0, 0.05]])
-    found = []
+    tests = []
     for distance, count, exact in ((0.01, 4, 0.01), (2.0, 2, 0.01), (0.0, 0, 9.0)):
         grips = np.zeros((count, 7))
         grips[:, :3] = np.array([0.45, 0.25, 0.3]) + distance * np.arange(count)[:, None]
@@ -53,5 +53,5 @@ def follow_path() -> list[Trial]:
         scratch = np.zeros(SCRATCH_SIZE)
         arrays = (chain, grips, path, spheres, centres, values, scratch)
         results = (centres, values, scratch[:1])
-        found.append(Trial((*arrays, 1e-8, 0.5, 1e-7, 30, exact, count, count + 1), results))
-    return found
+        tests.append(SelfTest((*arrays, 1e-8, 0.5, 1e-7, 30, exact, count, count + 1), results))
+    return tests

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lariat.kernel_cache.source import Trial
+from lariat.kernel_cache.source import SelfTest
 from lariat.perception.centerline.bandwidth import scratch
 
 NODE_COUNT = 12
@@ -12,10 +12,10 @@ EDGE = 0.05
 """Length of an edge of the true chain [m]."""
 
 
-def trials() -> list[Trial]:
+def self_tests() -> list[SelfTest]:
     """Return fits to rays with and without ranges, some of them outliers, of a chain in an arc."""
     rng = np.random.default_rng(0)
-    found = []
+    tests = []
     for edge_sigma in (3e-5, 1e-3):
         angles = np.linspace(0.0, 0.8, NODE_COUNT)
         arc = np.stack([np.sin(angles), np.zeros(NODE_COUNT), 1.0 - np.cos(angles)], axis=1)
@@ -37,7 +37,9 @@ def trials() -> list[Trial]:
         support, variance, statistics = np.zeros(NODE_COUNT), np.zeros(NODE_COUNT), np.zeros(4)
         arrays = (start, samples, segments, eye, anchors, *scratch(NODE_COUNT), support, variance)
         numbers = (EDGE, edge_sigma, 7.0 * EDGE**2, 0.2, 700.0 * EDGE**3, 1e-5, 30)
-        found.append(
-            Trial((*arrays, statistics, *numbers), (start, segments, support, variance, statistics))
+        tests.append(
+            SelfTest(
+                (*arrays, statistics, *numbers), (start, segments, support, variance, statistics)
+            )
         )
-    return found
+    return tests

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle, pack
-from lariat.kernel_cache.source import Trial
+from lariat.kernel_cache.source import SelfTest
 from lariat.paper.xpbd.launch.inputs import pack_constants, prepare, write_adjoint_seed
 from lariat.paper.xpbd.model import XpbdRodModel
 from lariat.paper.xpbd.properties import XpbdProperties
@@ -14,7 +14,7 @@ from lariat.rod.launch.buffers import BufferPool
 from lariat.rod.rollout_spec import RolloutSpec
 
 
-def trials() -> list[Trial]:
+def self_tests() -> list[SelfTest]:
     """Return roll-outs of two ropes beside obstacles, with their adjoint."""
     model = XpbdRodModel(XpbdProperties(0.45, 0.008), 12)
     bar = Obstacle(
@@ -28,4 +28,4 @@ def trials() -> list[Trial]:
     )
     buffers = prepare(model, pack_constants(model), BufferPool(), spec, with_tape=True)
     write_adjoint_seed(buffers, rng.standard_normal((2, 3, 12, 3)))
-    return [Trial((buffers.integers, buffers.doubles, 2, 1, 1), (buffers.rods,))]
+    return [SelfTest((buffers.integers, buffers.doubles, 2, 1, 1), (buffers.rods,))]

@@ -193,7 +193,7 @@ class UrdfKinematics:
     def link_sphere_jacobians(self, joints: Joints) -> Float64[np.ndarray, "k 3 j"]:
         """Return the derivatives of the centres of `link_spheres` by the joints [m/rad]."""
         pinocchio.computeJointJacobians(self._model, self._data, joints)
-        found = np.zeros((len(self._sphere_rows), 3, self._model.nq))
+        jacobians = np.zeros((len(self._sphere_rows), 3, self._model.nq))
         for k, joint in enumerate(self._sphere_joints):
             (rows,) = np.nonzero(self._sphere_rows == k)
             columns = pinocchio.getJointJacobian(
@@ -206,8 +206,8 @@ class UrdfKinematics:
                 np.broadcast_to(angular, shape), np.broadcast_to(levers[:, None], shape)
             )
             moved = poses.rotate(self._T_world_base.orientation, linear + turning)
-            found[rows] = np.swapaxes(moved, 1, 2)
-        return found
+            jacobians[rows] = np.swapaxes(moved, 1, 2)
+        return jacobians
 
     def solve(self, grip: Pose, near: Joints) -> Joints | None:
         """Return the joints for a grip pose on the branch of `near`; None when out of reach.
@@ -229,8 +229,8 @@ class UrdfKinematics:
             J = pinocchio.computeFrameJacobian(self._model, self._data, joints, self._frame)
             step = np.linalg.solve(J.T @ J + damping, J.T @ error)
             if posture is not None:
-                wanted = posture - joints
-                free = wanted - J.T @ np.linalg.solve(J @ J.T + damping[:6, :6], J @ wanted)
+                to_posture = posture - joints
+                free = to_posture - J.T @ np.linalg.solve(J @ J.T + damping[:6, :6], J @ to_posture)
                 if reached and np.max(np.abs(free)) < POSTURE_TOLERANCE:
                     return joints
                 step = step + free
@@ -258,10 +258,10 @@ class UrdfKinematics:
             return None if self._latest is None else self._latest.joints
         rows = [near]
         for pose in map(Pose, positions, orientations):
-            found = self.solve(pose, rows[-1])
-            if found is None:
+            joints = self.solve(pose, rows[-1])
+            if joints is None:
                 return None
-            rows.append(found)
+            rows.append(joints)
         return np.array(rows)
 
     def solve_anywhere(self, grip: Pose) -> Joints | None:
@@ -271,14 +271,14 @@ class UrdfKinematics:
         """
         low, high = self.joint_range
         # Of the many solutions of a redundant arm, the one in the middle of its ranges.
-        found, self.posture = [], 0.5 * (low + high)
+        solutions, self.posture = [], 0.5 * (low + high)
         for seed in self._branch_seeds():
             joints = self.solve(grip, seed)
             if joints is not None:
                 joints = (joints + np.pi) % (2.0 * np.pi) - np.pi
                 if np.all((joints >= low) & (joints <= high)):
-                    found.append(joints)
-        best = max(found, key=self._branch_rank, default=None)
+                    solutions.append(joints)
+        best = max(solutions, key=self._branch_rank, default=None)
         self.posture = best
         return best
 

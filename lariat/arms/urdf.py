@@ -117,13 +117,13 @@ class Urdf:
         above = {joint.child: joint for joint in self.joints}
         if link != self.root and link not in above:
             raise ValueError(f"the URDF has no link {link!r}")
-        found: list[Joint] = []
+        joints: list[Joint] = []
         while joint := above.pop(link, None):
-            found.append(joint)
+            joints.append(joint)
             link = joint.parent
-        if any(link == joint.child for joint in found):
-            raise ValueError(f"joint {found[-1].name!r} of the URDF is part of a circle")
-        return tuple(joint for joint in reversed(found) if joint.type in MOVING_JOINTS)
+        if any(link == joint.child for joint in joints):
+            raise ValueError(f"joint {joints[-1].name!r} of the URDF is part of a circle")
+        return tuple(joint for joint in reversed(joints) if joint.type in MOVING_JOINTS)
 
     def link_poses(
         self, joints: Sequence[Joint], values: Sequence[float]
@@ -134,9 +134,9 @@ class Urdf:
             joints: Joints whose values are known; all others are drawn at 0.
             values: Their values [rad or m].
         """
-        given = dict(zip((joint.name for joint in joints), values, strict=True))
+        value_of = dict(zip((joint.name for joint in joints), values, strict=True))
         for joint in self.joints:
-            yield joint.parent, joint.child, joint.T_parent_child(given.get(joint.name, 0.0))
+            yield joint.parent, joint.child, joint.T_parent_child(value_of.get(joint.name, 0.0))
 
 
 def read_robot(path: Path) -> ElementTree.Element:

@@ -137,8 +137,8 @@ class ControlLoop:
         self.controller.counted = goal.counted if goal.ends_only else None
         avoidance = self._scene.avoidance(self._task, self._progress.error)
         # Path and free rest of a part's goal are planned with what has been learnt since.
-        wanted = goal.completed(reference.nodes[-1])
-        return self.controller.step(now, wanted, avoidance)
+        completed = goal.completed(reference.nodes[-1])
+        return self.controller.step(now, completed, avoidance)
 
     def _hold_reason(self, now: int, arms: ArmCondition) -> Reason | None:
         """Reason to publish nothing but a hold; None when the arms can be controlled."""

@@ -25,15 +25,15 @@ def fuse(estimates: Sequence[CenterlineEstimate]) -> CenterlineEstimate:
     Returns:
         The fused estimate; if the rope is lost in all images, one that names all reasons.
     """
-    found = [e for e in estimates if not e.lost]
-    if not found:
+    usable = [e for e in estimates if not e.lost]
+    if not usable:
         return CenterlineEstimate.failed("; ".join(e.lost for e in estimates))
-    found = [e for e in found if e.inconsistency <= MAX_INCONSISTENCY] or found
-    if len(found) == 1:
-        return found[0]
-    positions = np.stack([e.positions for e in found])
-    sigma = np.stack([e.sigma for e in found])
-    observed = np.stack([e.observed for e in found])
+    usable = [e for e in usable if e.inconsistency <= MAX_INCONSISTENCY] or usable
+    if len(usable) == 1:
+        return usable[0]
+    positions = np.stack([e.positions for e in usable])
+    sigma = np.stack([e.sigma for e in usable])
+    observed = np.stack([e.observed for e in usable])
     seen = observed.any(axis=0)
     counts = observed | ~seen
     weight = np.where(counts, sigma**-2.0, 0.0)
@@ -45,12 +45,12 @@ def fuse(estimates: Sequence[CenterlineEstimate]) -> CenterlineEstimate:
     squares = np.sum(weight * np.sum((positions - mean) ** 2, axis=2), axis=0)
     freedom = np.maximum(counts.sum(axis=0) - 1, 1)
     disagreement = np.sqrt(squares / freedom)
-    best = min(found, key=lambda e: e.inconsistency)
+    best = min(usable, key=lambda e: e.inconsistency)
     return replace(
         best,
         positions=mean,
         sigma=deviation * np.maximum(1.0, disagreement),
         observed=seen,
-        misfit=max(e.misfit for e in found),
-        others=tuple(line for e in found for line in e.others),
+        misfit=max(e.misfit for e in usable),
+        others=tuple(line for e in usable for line in e.others),
     )

@@ -107,24 +107,24 @@ class SceneOwner:
         self._set(tuple(o for o in self.obstacles if o is not old))
         self._requested = tuple(o for o in self._requested if o.name != name)
 
-    def resize(self, wanted: Obstacle, rope: Float64[np.ndarray, "n 3"] | None = None) -> None:
+    def resize(self, request: Obstacle, rope: Float64[np.ndarray, "n 3"] | None = None) -> None:
         """Give an obstacle that a request has added another size, at its place.
 
         Args:
-            wanted: Obstacle of the same name, of which radius, height and size count.
+            request: Obstacle of the same name, of which radius, height and size count.
             rope: Nodes of the rope, which it must not overlap [m]; None when they are unknown.
 
         Raises:
             SceneChangeRefused: There is no such obstacle, it belongs to the scenario, its new size
                 is invalid, or it would overlap the rope.
         """
-        old = self._named(wanted.name)
-        if any(body.name == wanted.name for body in self._start):
+        old = self._named(request.name)
+        if any(body.name == request.name for body in self._start):
             raise SceneChangeRefused(
-                f"{wanted.name!r} belongs to the scenario and keeps its size; add another "
+                f"{request.name!r} belongs to the scenario and keeps its size; add another "
                 "obstacle, or change the file"
             )
-        resized = replace(old, radius=wanted.radius, height=wanted.height, size=wanted.size)
+        resized = replace(old, radius=request.radius, height=request.height, size=request.size)
         _check(resized)
         self._check_rope(resized, rope)
         self._set(_replaced(self.obstacles, resized))
@@ -191,8 +191,8 @@ class SceneOwner:
         for obstacle in self.obstacles:
             if obstacle.name == name:
                 return obstacle
-        known = ", ".join(sorted(o.name for o in self.obstacles)) or "none"
-        raise SceneChangeRefused(f"there is no obstacle {name!r}; there are: {known}")
+        names = ", ".join(sorted(o.name for o in self.obstacles)) or "none"
+        raise SceneChangeRefused(f"there is no obstacle {name!r}; there are: {names}")
 
     def _check_rope(self, o: Obstacle, rope: Float64[np.ndarray, "n 3"] | None) -> None:
         if rope is None or len(rope) < 2:

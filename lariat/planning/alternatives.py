@@ -56,14 +56,14 @@ def alternative_paths(
     optimizer = PathOptimizer(problem)
     guesses = optimizer.evaluate(seed_paths(problem, optimizer.settings.blocks))
     guesses = distinct(sorted(guesses, key=lambda guess: guess.cost), effort)
-    found = [first]
+    clear_paths = [first]
     for guess in guesses[: settings.max_refined]:
         path = refined_path(problem, optimizer, guess, effort)
         if path.reached and is_clear(path, optimizer):
-            found.append(path)
-    shortest = min(duration(path) for path in found)
+            clear_paths.append(path)
+    shortest = min(duration(path) for path in clear_paths)
     ranked: list[WholePath] = []
-    for path in sorted(found, key=lambda path: _rank(path, optimizer.wanted_clearance)):
+    for path in sorted(clear_paths, key=lambda path: _rank(path, optimizer.wanted_clearance)):
         short = path is first or duration(path) <= settings.max_duration_ratio * shortest
         if short and all(difference(path, k) > settings.min_difference for k in ranked):
             ranked.append(path)
@@ -93,7 +93,7 @@ def difference(first: WholePath, second: WholePath) -> float:
     return float(max(np.max(np.min(apart, axis=0)), np.max(np.min(apart, axis=1))))
 
 
-def _rank(path: WholePath, wanted: float) -> tuple[float, float, float]:
+def _rank(path: WholePath, clearance: float) -> tuple[float, float, float]:
     """Sort key: lack of clearance in millimetres, then duration and travel."""
-    lack = max(wanted - path.clearance, 0.0)
+    lack = max(clearance - path.clearance, 0.0)
     return round(1e3 * lack), duration(path), travel(path)

@@ -65,7 +65,7 @@ class ExtensionPlanner:
 
     def _path(self, problem: Problem) -> GripPath | None:
         """Waypoints of the planner, with numbers and shapes checked."""
-        given = PlanningProblem(
+        task = PlanningProblem(
             problem.rod,
             problem.state,
             problem.grips,
@@ -77,10 +77,10 @@ class ExtensionPlanner:
             problem.tolerance,
         )
         with self._extension.guarded("plan"):
-            found = self._planner.plan(given)
-            if found is None:
+            waypoints = self._planner.plan(task)
+            if waypoints is None:
                 return None
-            positions, orientations = found.positions, found.orientations
+            positions, orientations = waypoints.positions, waypoints.orientations
         positions = self._extension.checked("plan", positions, (-1, 2, 3))
         orientations = self._extension.checked("plan", orientations, (len(positions), 2, 4))
         if len(positions) < 2 or np.any(np.linalg.norm(orientations, axis=2) < 0.5):
@@ -121,11 +121,11 @@ class ExtensionPlanner:
             )
         if reason:
             return stay(problem, f"blocked: the path of {self._extension} is refused: {reason}")
-        found = WholePath(PATH_PERIOD, positions, orientations, nodes, True, "", error, clearance)
+        timed = WholePath(PATH_PERIOD, positions, orientations, nodes, True, "", error, clearance)
         if error <= problem.tolerance:
-            return found
+            return timed
         return replace(
-            found,
+            timed,
             reached=False,
             reason=f"the path of {self._extension} ends {1e3 * error:.1f} mm from the goal",
         )

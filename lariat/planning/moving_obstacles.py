@@ -111,15 +111,17 @@ def plan_departure(
         settings: Search of the departure.
     """
     direct = find(problem)
-    found = [d for d in [departure(problem, direct, moving, earliest, settings)] if d is not None]
+    departures = [
+        d for d in [departure(problem, direct, moving, earliest, settings)] if d is not None
+    ]
     patience = earliest + settings.tolerated_wait
-    if direct.reached and (not found or found[0].after > patience):
+    if direct.reached and (not departures or departures[0].after > patience):
         swept = [o for body in moving for o in swept_places(body, earliest, settings)]
         around = find(replace(problem, obstacles=(*problem.obstacles, *swept)))
         detour = departure(problem, around, moving, earliest, settings) if around.reached else None
-        found += [detour] if detour is not None else []
-    if found:
-        return min(found, key=lambda d: d.arrival)
+        departures += [detour] if detour is not None else []
+    if departures:
+        return min(departures, key=lambda d: d.arrival)
     names = ", ".join(repr(m.body.name) for m in moving)
     reason = (
         f"blocked: no departure within {settings.longest_wait:g} s keeps clear of {names}, which "
@@ -197,14 +199,14 @@ def _clear(
     rope_needs = problem.clearance + problem.radius
     body_needs = limits.gripper_radius + max(limits.keep_out, problem.clearance)
     clear = np.empty((len(chosen), len(instants)), dtype=bool)
-    known: dict[tuple[float, ...], Float64[np.ndarray, "k"]] = {}
+    slacks: dict[tuple[float, ...], Float64[np.ndarray, "k"]] = {}
     for k, place in enumerate(places):
         key = tuple(place.tolist())
-        if key not in known:
+        if key not in slacks:
             body = moving.body.moved((key[0], key[1], key[2]))
             rope = signed_distance(nodes, body).min(axis=1) - rope_needs
-            known[key] = np.minimum(rope, signed_distance(bodies, body).min(axis=1) - body_needs)
-        clear[:, k] = known[key] >= reserve[:, k]
+            slacks[key] = np.minimum(rope, signed_distance(bodies, body).min(axis=1) - body_needs)
+        clear[:, k] = slacks[key] >= reserve[:, k]
     return clear
 
 

@@ -31,20 +31,20 @@ def refined_path(
         unsure = optimizer.allow_for_uncertainty(candidate)
         candidate = optimizer.refine(unsure, settings.wider_iterations)
     path = retime(problem, optimizer, candidate)
-    wanted = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
-    if path.clearance < wanted - RETIMING_SETTINGS.clearance_tolerance:
+    least = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
+    if path.clearance < least - RETIMING_SETTINGS.clearance_tolerance:
         # Smoothing and swing reduce the clearance: refine with a larger reserve.
-        lack = settings.reserve_per_shortfall * (wanted - path.clearance)
+        lack = settings.reserve_per_shortfall * (least - path.clearance)
         reserve = optimizer.settings.clearance_reserve + lack
         wider = PathOptimizer(problem, reserve, optimizer.settings)
         again = wider.refine(wider.allow_for_uncertainty(candidate), settings.wider_iterations)
-        found = retime(problem, wider, again)
-        path = max(path, found, key=lambda p: rank(p, optimizer))
+        retimed = retime(problem, wider, again)
+        path = max(path, retimed, key=lambda p: rank(p, optimizer))
     if path.arm_fault:
         around = avoiding_with_arms(problem, optimizer)
         again = around.refine(around.reevaluate(candidate), settings.iterations)
-        found = retime(problem, around, again, link_margin=LEAST_LINK_MARGIN)
-        path = max(path, found, key=lambda p: rank(p, optimizer))
+        retimed = retime(problem, around, again, link_margin=LEAST_LINK_MARGIN)
+        path = max(path, retimed, key=lambda p: rank(p, optimizer))
     return path
 
 

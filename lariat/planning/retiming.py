@@ -125,8 +125,8 @@ def _at_best_pace(
         if (False, cost) >= least:
             continue
         clearance = path_clearance(problem, positions, orientations, nodes)
-        wanted = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
-        close = clearance < s.sufficient_clearance * wanted
+        target = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
+        close = clearance < s.sufficient_clearance * target
         if best is None or (close, cost) < least:
             best, least = (positions, orientations, nodes, clearance), (close, cost)
     assert best is not None

@@ -54,17 +54,17 @@ class RopeModel:
         self,
         properties: RodProperties,
         unsure: Sequence[RodProperties],
-        held: tuple[Pose, Pose],
+        ends_in_grips: tuple[Pose, Pose],
     ) -> None:
         """Take what has been identified.
 
         Args:
             properties: Properties of the rope.
             unsure: The same with one property off by its standard deviation each.
-            held: Poses of the rope's ends in the frames of the grips.
+            ends_in_grips: Poses of the rope's ends in the frames of the grips.
         """
         self.rod = self.rod.with_properties(properties)
-        self.held = held
+        self.held = ends_in_grips
         self.variants = tuple(self.rod.with_properties(p) for p in unsure)
 
     def ends(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:

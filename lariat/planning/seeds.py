@@ -86,7 +86,7 @@ def random_via_paths(
     moves = problem.moves[:, :3]
     low, high = np.array(problem.limits.workspace)
     length = problem.rod.properties.length
-    found = []
+    seeds = []
     for _ in range(settings.random_via_count):
         share = random.uniform(*settings.via_time_range)
         middle = begin.mean(axis=0) + random.uniform(0.3, 1.0) * (end - begin).mean(axis=0)
@@ -98,8 +98,8 @@ def random_via_paths(
         s = np.linspace(0.0, 1.0, blocks + 1)[:, None, None]
         there, back = np.minimum(s / share, 1.0), np.maximum((s - share) / (1.0 - share), 0.0)
         path = begin + there * (via - begin) + back * (end - via)
-        found.append(np.diff(np.where(moves, path, begin), axis=0))
-    return found
+        seeds.append(np.diff(np.where(moves, path, begin), axis=0))
+    return seeds
 
 
 def lift_offsets(

@@ -39,10 +39,10 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
         settings: Effort.
     """
     time = PlanningTime(problem.planning_time)
-    found = landing(problem)
-    if found is not None:
-        approach = _plan(found.approach, settings, time)
-        path = landed(problem, found, approach) if approach.reached else approach
+    last_part = landing(problem)
+    if last_part is not None:
+        approach = _plan(last_part.approach, settings, time)
+        path = landed(problem, last_part, approach) if approach.reached else approach
         if path.reached:
             return path
     path = _plan(problem, settings, time)
@@ -69,8 +69,8 @@ def _plan(problem: Problem, settings: PlannerSettings, time: PlanningTime) -> Wh
                 return threaded
         grid_path = _search_grid(problem, optimizer, settings)
     if grid_path is not None and grid_path.reaches_goal:
-        found = optimizer.evaluate([block_displacements(grid_path.grips, blocks)])
-        candidates = found + candidates
+        from_grid = optimizer.evaluate([block_displacements(grid_path.grips, blocks)])
+        candidates = from_grid + candidates
     elif grid_path is not None:
         # No cheap guess leads through: the trees are tried before one is refined in vain.
         candidates = candidates[:1]
@@ -90,8 +90,8 @@ def _plan(problem: Problem, settings: PlannerSettings, time: PlanningTime) -> Wh
             # A rope with wrong properties misses its goal by the same distance on all paths.
             more = [c for c in more if c.error < settings.max_via_error_ratio * best.final_error]
         different = distinct(more, settings)[: settings.max_refined]
-        found = [best_path(problem, seeker, different, settings, time)] if more else []
-        best = max([best, *found], key=lambda path: rank(path, optimizer))
+        around = [best_path(problem, seeker, different, settings, time)] if more else []
+        best = max([best, *around], key=lambda path: rank(path, optimizer))
     proof = ""
     if not best.reached and (grid_path is None or grid_path.reaches_goal):
         proof = proof_of_no_path(problem) if grid_path is None else ""
@@ -128,13 +128,13 @@ def _search_trees(
         if time.is_over():
             break
         base = optimizer.necessary_clearance if seed else optimizer.wanted_clearance
-        found = TreeSearch(problem, share * base, seed, growth).run()
-        if not found.reaches_goal:
+        tree_path = TreeSearch(problem, share * base, seed, growth).run()
+        if not tree_path.reaches_goal:
             continue
-        lengths = found.step_lengths
+        lengths = tree_path.step_lengths
         finer = optimizer.settings.for_length(float(np.sum(lengths)))
         follower = PathOptimizer(problem, settings=finer)
-        start = follower.follow(pose_displacements(found.grips, lengths, finer.blocks))
+        start = follower.follow(pose_displacements(tree_path.grips, lengths, finer.blocks))
         paths.append(refined_path(problem, follower, start, refinement))
         if paths[-1].reached and is_clear(paths[-1], optimizer):
             break
@@ -159,12 +159,12 @@ def _search_grid(
     """Path on the grid where both ends move, or the path to the nearest reachable shape."""
     if not problem.moves[:, :3].all():
         return None
-    found = None
+    path = None
     for share in settings.grid_clearances:
-        found = search_grid(problem, share * optimizer.wanted_clearance)
-        if found.reaches_goal:
+        path = search_grid(problem, share * optimizer.wanted_clearance)
+        if path.reaches_goal:
             break
-    return found
+    return path
 
 
 def _conflict_at_goal(problem: Problem) -> str:

@@ -187,15 +187,15 @@ class MaterialFilter:
         )
         spread = settings.standing_spread if self.standing else settings.moving_spread
         seen = with_own_value(shape.evidence, self._index("bending_stiffness"), spread)
-        known = posterior.prior(self._x - self._centre, self._prior + self._past_evidence)
-        dx = posterior.gauss_newton_step(seen + known, self._free)
+        prior = posterior.prior(self._x - self._centre, self._prior + self._past_evidence)
+        dx = posterior.gauss_newton_step(seen + prior, self._free)
         (stiffness_step,) = np.abs(dx[self._unknowns.groups["bending_stiffness"]])
         dx = dx * min(1.0, settings.max_log_stiffness_step / max(stiffness_step, 1e-12))
         self._shape_evidence = seen.information
         if self.standing:
             self._error_scale.take(shape, dx, self._covariance())
-        before, wanted = self._x, np.clip(self._x + dx, -self._limits, self._limits)
-        self._x = self._accepted(estimator, jacobian, error, used, wanted)
+        before, proposed = self._x, np.clip(self._x + dx, -self._limits, self._limits)
+        self._x = self._accepted(estimator, jacobian, error, used, proposed)
         step = _rms(jacobian @ (self._x - before))
         self.settled = step < settings.settled_shape_change
         self._converged = (
@@ -216,7 +216,7 @@ class MaterialFilter:
         jacobian: Float64[np.ndarray, "n 3 P"],
         error: Float64[np.ndarray, "n 3"],
         used: Bool[np.ndarray, "n"],
-        wanted: Float64[np.ndarray, "P"],
+        proposed: Float64[np.ndarray, "P"],
     ) -> Float64[np.ndarray, "P"]:
         """Unknowns as near to wanted ones as the model can take without leaving the observed rope.
 
@@ -228,9 +228,9 @@ class MaterialFilter:
             jacobian: Derivative of the node positions with respect to the unknowns.
             error: Observed minus predicted nodes [m].
             used: Nodes that count.
-            wanted: Unknowns after the full step.
+            proposed: Unknowns after the full step.
         """
-        settings, x = self.settings, wanted
+        settings, x = self.settings, proposed
         for _ in range(MAX_HALVINGS):
             if _rms(jacobian @ (x - self._applied)) < settings.min_shape_change:
                 return x
@@ -263,11 +263,11 @@ class MaterialFilter:
     def _covariance(self) -> Float64[np.ndarray, "P P"]:
         """Covariance of the unknowns; zero where they are given."""
         free = np.ix_(self._free, self._free)
-        found = np.zeros_like(self._prior)
-        found[free] = np.linalg.inv(
+        covariance = np.zeros_like(self._prior)
+        covariance[free] = np.linalg.inv(
             (self._prior + self._past_evidence + self._shape_evidence)[free]
         )
-        return found
+        return covariance
 
     def _deviations(self) -> Float64[np.ndarray, "P"]:
         """Standard deviations of the unknowns, as of the last update."""

@@ -47,8 +47,8 @@ class ObservationMean:
             share = share * np.minimum(1.0, usual / np.maximum(np.linalg.norm(miss, axis=1), 1e-12))
         self.nodes = self.nodes + share[:, None] * miss
         self._noise = self._noise + share * (np.maximum(sigma, 0.0) ** 2 - self._noise)
-        found = (1.0 - share) * np.mean(miss**2, axis=1)
-        self._spread = (1.0 - share) * self._spread + share * found
+        excess = (1.0 - share) * np.mean(miss**2, axis=1)
+        self._spread = (1.0 - share) * self._spread + share * excess
 
     @property
     def observed(self) -> Bool[np.ndarray, "n"]:

@@ -115,13 +115,13 @@ class StateEstimator:
         Raises:
             ValueError: The rope does not reach from grip to grip.
         """
-        guess, held = None, self.grip_errors.held(motion)
+        guess, ends = None, self.grip_errors.held(motion)
         if seen is not None:
-            guess = add_turns(state_along(seen, *held.orientations), turns)
+            guess = add_turns(state_along(seen, *ends.orientations), turns)
         elif turns:
-            guess = add_turns(self.rod.rest(*held.grips, obstacles=self.supports).state, turns)
+            guess = add_turns(self.rod.rest(*ends.grips, obstacles=self.supports).state, turns)
         self.state: RodState = self.rod.rest(
-            *held.grips, guess=guess, obstacles=self.supports
+            *ends.grips, guess=guess, obstacles=self.supports
         ).state
         self.motion, self.time = motion, time
         self.start_time = time
@@ -169,8 +169,8 @@ class StateEstimator:
             return
         dt = (time - self.time) * 1e-9
         steps = max(1, int(np.ceil(dt / self.settings.max_step)))
-        held = self.grip_errors.held(motion)
-        self.state = self._rollout(self.state, mean_twists(self.held_motion, held, dt), dt, steps)
+        ends = self.grip_errors.held(motion)
+        self.state = self._rollout(self.state, mean_twists(self.held_motion, ends, dt), dt, steps)
         self.motion, self.time = motion, time
         self._history.append((time, self.state.positions))
         while (time - self._history[0][0]) * 1e-9 > self.settings.history_time:
@@ -187,8 +187,8 @@ class StateEstimator:
         if dt <= 0.0:
             return self.state
         steps = max(1, int(np.ceil(dt / self.settings.max_prediction_step)))
-        held = self.grip_errors.held(motion)
-        return self._rollout(self.state, mean_twists(self.held_motion, held, dt), dt, steps)
+        ends = self.grip_errors.held(motion)
+        return self._rollout(self.state, mean_twists(self.held_motion, ends, dt), dt, steps)
 
     def change_material(
         self,
@@ -208,12 +208,12 @@ class StateEstimator:
             change: Expected change of the model's shape [m].
             grip_errors: Errors of the grips; by default those that were known.
         """
-        before, held = self.rod, self.held_motion
+        before, ends = self.rod, self.held_motion
         self.rod, self.grip_errors = rod, grip_errors or self.grip_errors
         self._variance = self._variance + np.mean(change**2, axis=1)
         if isinstance(before, Rod) and isinstance(rod, Rod):
-            old, _ = self._settled(before, held, held)
-            new, _ = self._settled(rod, held, self.held_motion)
+            old, _ = self._settled(before, ends, ends)
+            new, _ = self._settled(rod, ends, self.held_motion)
             self._carry_over(old, new)
 
     def shape_change(
@@ -228,35 +228,35 @@ class StateEstimator:
         Returns:
             The change; None where the rod would not stay in its new shape.
         """
-        held = self.held_motion
+        ends = self.held_motion
         # Only the rod's material is learned by shapes at rest.
         assert isinstance(self.rod, Rod)
         assert isinstance(rod, Rod)
-        before, _ = self._settled(self.rod, held, held)
-        wanted = grip_errors.held(self.motion)
-        after, stable = self._settled(rod, held, wanted, FALLING_DURATIONS)
+        before, _ = self._settled(self.rod, ends, ends)
+        target = grip_errors.held(self.motion)
+        after, stable = self._settled(rod, ends, target, FALLING_DURATIONS)
         return after.positions - before.positions if stable else None
 
     def _settled(
         self,
         rod: Rod,
-        held: MotionState,
-        wanted: MotionState,
+        present: MotionState,
+        target: MotionState,
         steps: tuple[float, ...] = SETTLING_DURATIONS,
     ) -> tuple[RodState, bool]:
         """Shape of a rod after long steps without inertia, and whether it is stable.
 
         Args:
             rod: The rod.
-            held: Present motion of the model's ends.
-            wanted: Motion of its ends with the poses to bring them to.
+            present: Present motion of the model's ends.
+            target: Motion of its ends with the poses to bring them to.
             steps: Durations of the steps [s].
         """
         durations = np.array(steps)
         actions = np.zeros((len(durations), 2, 6))
-        actions[0] = mean_twists(held, wanted, durations[0]).reshape(2, 6)
-        found, stable = rod.settle(self.state, actions, durations, self.supports)
-        return found.final, stable
+        actions[0] = mean_twists(present, target, durations[0]).reshape(2, 6)
+        settled, stable = rod.settle(self.state, actions, durations, self.supports)
+        return settled.final, stable
 
     def _carry_over(self, before: RodState, after: RodState) -> None:
         """Change the model by the difference of two shapes."""
@@ -308,7 +308,7 @@ class StateEstimator:
             Whether the equilibrium has been switched.
         """
         seen = np.where(observed[:, None], nodes, self.nodes)
-        held = self.held_motion
+        ends = self.held_motion
 
         def farthest(state: RodState) -> float:
             return float(np.max(np.linalg.norm(nodes - state.positions, axis=1)[observed]))
@@ -316,13 +316,13 @@ class StateEstimator:
         turns = count_turns_along(self.state, seen)
         limit = self.settings.max_equilibrium_mismatch * farthest(self.state)
         for more in OTHER_TURNS:
-            guess = add_turns(state_along(seen, *held.orientations), turns + more)
+            guess = add_turns(state_along(seen, *ends.orientations), turns + more)
             try:
-                found = self.rod.rest(*held.grips, guess=guess, obstacles=self.supports)
+                rest = self.rod.rest(*ends.grips, guess=guess, obstacles=self.supports)
             except ValueError:
                 # A taut rope has no other equilibrium.
                 return False
-            if found.converged and farthest(found.state) <= limit:
+            if rest.converged and farthest(rest.state) <= limit:
                 self.restart(self.motion, self.time, seen, turns + more)
                 return True
         return False
@@ -354,8 +354,8 @@ class StateEstimator:
         deviation = np.sqrt(self._variance + rope.sigma**2)
         typical = settings.outlier_distance + settings.outlier_deviations * deviation
         gain = gain * np.minimum(1.0, typical / np.maximum(miss, 1e-12))
-        wanted = error if observed.all() else self._interpolated(error, observed)
-        self.offset = self.offset + gain[:, None] * (wanted - self.offset)
+        target = error if observed.all() else self._interpolated(error, observed)
+        self.offset = self.offset + gain[:, None] * (target - self.offset)
         self._variance = np.where(observed, (1.0 - gain) * self._variance, self._variance)
         # The end nodes are where the grips are.
         self.offset[[0, -1]] = 0.0
@@ -387,11 +387,11 @@ class StateEstimator:
     ) -> Float64[np.ndarray, "n 3"]:
         """Offsets of all nodes: those of observed ones, between which and zero at the grips the
         others are interpolated [m]."""
-        known = observed.copy()
-        known[[0, -1]] = True
+        fixed = observed.copy()
+        fixed[[0, -1]] = True
         values = np.where(observed[:, None], error, 0.0)
         values[[0, -1]] = 0.0
-        (at,) = np.nonzero(known)
-        index = np.arange(len(known))
+        (at,) = np.nonzero(fixed)
+        index = np.arange(len(fixed))
         between = np.stack([np.interp(index, at, values[at, k]) for k in range(3)], axis=1)
         return np.where(observed[:, None], error, between)

@@ -120,12 +120,12 @@ class CollisionScene:
         """
         rope, limits = self._scenario.rope, self._scenario.limits
         _, grippers_own = self._clearances_of_goal(task)
-        wanted = self.clearance
+        whole = self.clearance
         body = axis_clearance(limits.gripper_radius, limits.keep_out)
         return AvoidanceSpecification(
             self.avoided,
             # The whole clearance on the way, at the end no more than the goal itself has.
-            min(wanted, self.goal_clearance(task)) if error < GOAL_CLEARANCE_RADIUS else wanted,
+            min(whole, self.goal_clearance(task)) if error < GOAL_CLEARANCE_RADIUS else whole,
             rope.diameter / 2.0,
             longest_grip_distance(
                 CONTROL_STRETCH_SHARE,

@@ -124,10 +124,10 @@ def constrained_step(
             break
         active.append(worst)
         while True:
-            found = np.linalg.solve(coupling[np.ix_(active, active)], excess[active])
-            if np.all(found > 0.0):
+            duals = np.linalg.solve(coupling[np.ix_(active, active)], excess[active])
+            if np.all(duals > 0.0):
                 break
-            active.pop(int(np.argmin(found)))
+            active.pop(int(np.argmin(duals)))
         multipliers = np.zeros(len(movable))
-        multipliers[active] = found
+        multipliers[active] = duals
     return step - responses @ multipliers

@@ -244,8 +244,8 @@ class RecedingHorizonController:
         planned = np.concatenate([velocity[None], plan.velocities])
         count = round((len(planned) - 1) * step / dt)
         shares = _shares(len(planned), count, dt, step)
-        wanted = (shares @ planned.reshape(len(planned), -1)).reshape(-1, *velocity.shape)
-        moved = track(offset, velocity, acceleration, wanted, self.offset_limits, dt)
+        targets = (shares @ planned.reshape(len(planned), -1)).reshape(-1, *velocity.shape)
+        moved = track(offset, velocity, acceleration, targets, self.offset_limits, dt)
         along = reference.motions(index + 1, count)
         orientations = along.orientations
         if self._rotates:
@@ -259,14 +259,14 @@ class RecedingHorizonController:
 
 
 @lru_cache
-def _shares(given: int, count: int, dt: float, step: float) -> Float64[np.ndarray, "t k"]:
+def _shares(value_count: int, count: int, dt: float, step: float) -> Float64[np.ndarray, "t k"]:
     """Shares of values at the ends of k - 1 steps in those that are interpolated between them.
 
     Args:
-        given: Number k of values.
+        value_count: Number k of values.
         count: Number of interpolated values after the first one.
         dt: Time between interpolated values [s].
         step: Duration of a step [s].
     """
-    at = np.minimum(np.arange(count + 1) * dt / step, given - 1.0)
-    return np.maximum(1.0 - np.abs(at[:, None] - np.arange(given)), 0.0)
+    at = np.minimum(np.arange(count + 1) * dt / step, value_count - 1.0)
+    return np.maximum(1.0 - np.abs(at[:, None] - np.arange(value_count)), 0.0)

@@ -36,7 +36,7 @@ def track(
     displacement: Vectors,
     velocity: Vectors,
     acceleration: Vectors,
-    wanted: Float64[np.ndarray, "t+1 k 2 3"],
+    targets: Float64[np.ndarray, "t+1 k 2 3"],
     limits: MotionLimits,
     dt: float,
 ) -> TrackedMotion:
@@ -49,14 +49,14 @@ def track(
         displacement: Present displacements [m, rad].
         velocity: Present velocities [m/s, rad/s].
         acceleration: Present accelerations [m/s^2, rad/s^2].
-        wanted: Wanted velocities, at present and at the end of each period [m/s, rad/s]; their
+        targets: Wanted velocities, at present and at the end of each period [m/s, rad/s]; their
             changes are fed forward.
         limits: Limits on speed, acceleration and jerk.
         dt: Duration of a period [s].
     """
-    shape = (3, len(wanted) - 1, *velocity.shape)
+    shape = (3, len(targets) - 1, *velocity.shape)
     motion = np.empty((math.prod(shape[:-1]), 3))
     present = rows_of(displacement), rows_of(velocity), rows_of(acceleration)
     follow = kernel("track_velocities")
-    follow(*present, rows_of(wanted), bounds_of(limits), motion, VELOCITY_GAIN, dt)
+    follow(*present, rows_of(targets), bounds_of(limits), motion, VELOCITY_GAIN, dt)
     return TrackedMotion(*motion.reshape(shape))

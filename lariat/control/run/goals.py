@@ -62,15 +62,15 @@ class GoalFactory:
             return _counting(whole, shape)
         rotates = [self.scenario.end(side).rotates for side in SIDES]
         # Twist is counted between the orientations of the ends.
-        given = [
+        oriented = [
             o is not None or shape.turns != 0.0
             for o in (shape.left_orientation, shape.right_orientation)
         ]
         return Goal(
             nodes,
             *grips,
-            left_oriented=rotates[0] and given[0],
-            right_oriented=rotates[1] and given[1],
+            left_oriented=rotates[0] and oriented[0],
+            right_oriented=rotates[1] and oriented[1],
             **shape.terms,
         )
 
@@ -100,8 +100,8 @@ class GoalFactory:
             RequestRefused: The rod does not come to rest there, or the grips are too far apart.
         """
         nodes = request.nodes
-        given = all(len(grip.position) for grip in request.grips)
-        grips = self.feasible_grips(*(request.grips if given or not len(nodes) else self.start))
+        placed = all(len(grip.position) for grip in request.grips)
+        grips = self.feasible_grips(*(request.grips if placed or not len(nodes) else self.start))
         if not len(nodes):
             if pull is not None:
                 grips = self._pulled(grips, pull, request.turns, obstacles)
@@ -166,10 +166,10 @@ class GoalFactory:
             right: Wanted right grip.
         """
         grips = []
-        for side, wanted, start in zip(SIDES, (left, right), self.start, strict=True):
+        for side, grip, start in zip(SIDES, (left, right), self.start, strict=True):
             end = self.scenario.end(side)
-            position = start.position if end.driver == "fixed" else wanted.position
-            turned = wanted.orientation if end.rotates else start.orientation
+            position = start.position if end.driver == "fixed" else grip.position
+            turned = grip.orientation if end.rotates else start.orientation
             grips.append(Pose(position, turned))
         return grips[0], grips[1]
 
@@ -233,8 +233,8 @@ class GoalFactory:
                 check_part(scenario, "goal", goal.part)
             except ValueError as error:
                 raise RequestRefused(str(error)) from error
-            if (held := int(np.sum(goal.counted))) < MIN_PART_NODES:
-                raise RequestRefused(_too_few_nodes(goal.part, held))
+            if (node_count := int(np.sum(goal.counted))) < MIN_PART_NODES:
+                raise RequestRefused(_too_few_nodes(goal.part, node_count))
         distance = float(np.linalg.norm(goal.right.position - goal.left.position))
         if distance > limits.overstretch * rope.length:
             raise RequestRefused(
@@ -269,14 +269,14 @@ def _counting(goal: Goal, shape: Shape) -> Goal:
     counting = replace(goal, **shape.terms)
     if shape.part is None:
         return counting
-    held = int(np.sum(counting.counted))
-    if held < MIN_PART_NODES:
-        raise RequestRefused(_too_few_nodes(shape.part, held))
+    node_count = int(np.sum(counting.counted))
+    if node_count < MIN_PART_NODES:
+        raise RequestRefused(_too_few_nodes(shape.part, node_count))
     return replace(counting, left_oriented=False, right_oriented=False)
 
 
-def _too_few_nodes(part: tuple[float, float], held: int) -> str:
+def _too_few_nodes(part: tuple[float, float], node_count: int) -> str:
     return (
-        f"the part {part[0]:g} to {part[1]:g} m holds {held} nodes of the model; at least "
+        f"the part {part[0]:g} to {part[1]:g} m holds {node_count} nodes of the model; at least "
         f"{MIN_PART_NODES} make a shape"
     )

@@ -97,11 +97,11 @@ class NodeDragSolver:
         jacobian = np.array(columns)
         whole = jacobian.reshape(len(columns), -1)
         cost = whole @ whole.T / len(rest.state.positions) + GRIP_WEIGHT * np.eye(len(columns))
-        wanted = target - rest.state.positions[node]
-        wanted = wanted * min(1.0, MAX_CHANGE / float(np.linalg.norm(wanted)))
+        move = target - rest.state.positions[node]
+        move = move * min(1.0, MAX_CHANGE / float(np.linalg.norm(move)))
         own = jacobian[:, node]
         direction = np.linalg.solve(cost, own)
-        change = direction @ np.linalg.solve(own.T @ direction + 1e-3 * np.eye(3), wanted)
+        change = direction @ np.linalg.solve(own.T @ direction + 1e-3 * np.eye(3), move)
         distance = np.linalg.norm(target - rest.state.positions[node])
         for share in SHARES:
             after = grips

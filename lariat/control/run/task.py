@@ -149,9 +149,9 @@ class Task:
         Args:
             count: Reset that the gateway carried out last; 0 where it knows none.
         """
-        known = max(self.reset_count, count, 1)
-        if known != self.reset_count:
-            self.reset_count = known
+        latest = max(self.reset_count, count, 1)
+        if latest != self.reset_count:
+            self.reset_count = latest
             self.revision += 1
 
     def reset(self) -> None:

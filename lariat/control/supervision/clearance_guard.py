@@ -63,22 +63,22 @@ class ClearanceGuard:
     """Checks every horizon, and every observation, for contact."""
 
     def __init__(
-        self, radius: float, wanted: float = np.inf, settings: GuardSettings | None = None
+        self, radius: float, clearance: float = np.inf, settings: GuardSettings | None = None
     ) -> None:
         """Create a guard.
 
         Args:
             radius: Radius of the rope [m].
-            wanted: Clearance that paths are asked to keep [m].
+            clearance: Clearance that paths are asked to keep [m].
             settings: Clearances.
         """
         self.settings = settings or GuardSettings()
         self._radius = radius
-        self.want(wanted)
+        self.want(clearance)
 
-    def want(self, wanted: float) -> None:
+    def want(self, clearance: float) -> None:
         """Take the clearance that paths are asked to keep [m]."""
-        self._least = min(self.settings.min_clearance, self.settings.wanted_share * wanted)
+        self._least = min(self.settings.min_clearance, self.settings.wanted_share * clearance)
 
     def check(
         self,
@@ -121,7 +121,7 @@ class ClearanceGuard:
             touches = clearances[0] < limits[0] and ahead[-1] <= now
             if not approaches and not touches:
                 continue
-            found = Threat(
+            threat = Threat(
                 obstacle.name,
                 float(min(clearances[0], now)),
                 float(np.min(ahead)),
@@ -129,8 +129,8 @@ class ClearanceGuard:
                 float(limits[-1]),
                 float(np.max(limits - clearances)),
             )
-            if worst is None or found.predicted < worst.predicted:
-                worst = found
+            if worst is None or threat.predicted < worst.predicted:
+                worst = threat
         return worst
 
     @staticmethod

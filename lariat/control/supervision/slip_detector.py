@@ -69,11 +69,11 @@ class SlipDetector:
             observed: Nodes that were seen, not bridged.
             grips: Positions of both grips at the same time [m].
         """
-        found = None
+        slip = None
         distances = np.linalg.norm(nodes[[0, -1]] - grips, axis=1)
         for k, node in enumerate((0, -1)):
             away = bool(observed[node]) and distances[k] > self.settings.distance
             self._signs[k] = self._signs[k] + 1 if away else 0
             if self._signs[k] >= self.settings.observations:
-                found = Slip(SIDES[k], float(distances[k]))
-        return found
+                slip = Slip(SIDES[k], float(distances[k]))
+        return slip

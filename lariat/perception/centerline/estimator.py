@@ -71,7 +71,7 @@ class CenterlineEstimator:
         fallback_prior: Callable[[], ShapePrior | None] | None = None,
         bias: float = 0.0,
         length: ChainLength = GIVEN_LENGTH,
-        known: Sequence[OtherLine] = (),
+        expected_others: Sequence[OtherLine] = (),
     ) -> CenterlineEstimate:
         """Estimate the rope in one frame.
 
@@ -85,12 +85,14 @@ class CenterlineEstimator:
                 leaves several hypotheses.
             bias: Bias of every depth [m].
             length: Length of the rope, and whether to measure it.
-            known: Lines of other ropes where they are expected.
+            expected_others: Lines of other ropes where they are expected.
         """
         view = self._observer.observe(color, depth, bias)
         if isinstance(view, str):
             return CenterlineEstimate.failed(view)
-        return self._best_hypothesis(view, left, right, prior, fallback_prior, length, known)
+        return self._best_hypothesis(
+            view, left, right, prior, fallback_prior, length, expected_others
+        )
 
     def _best_hypothesis(
         self,
@@ -100,7 +102,7 @@ class CenterlineEstimator:
         prior: ShapePrior | None,
         fallback_prior: Callable[[], ShapePrior | None] | None,
         length: ChainLength,
-        known: Sequence[OtherLine],
+        expected_others: Sequence[OtherLine],
     ) -> CenterlineEstimate:
         """Best hypothesis, with standard deviations widened by its rivals."""
         s = self.settings.hypotheses
@@ -109,18 +111,18 @@ class CenterlineEstimator:
         for start in initial_chains(
             view, self.rope, s.prior_reach, left, right, prior, fallback_prior
         ):
-            found, consistency, unseen = self._judged(
-                samples, start, left, right, prior, length, known
+            fitted, consistency, unseen = self._judged(
+                samples, start, left, right, prior, length, expected_others
             )
-            inconsistency = consistency.inconsistency(unseen) + max(0.0, found.misfit - 1.0)
-            inconsistency += found.rivals / s.tolerated_rivals
-            inconsistency += max(0.0, found.overlap - s.clear_overlap) / s.tolerated_overlap
-            if prior is not None and found.others:
-                away = np.linalg.norm(found.positions - prior.positions, axis=1) > prior.reach
+            inconsistency = consistency.inconsistency(unseen) + max(0.0, fitted.misfit - 1.0)
+            inconsistency += fitted.rivals / s.tolerated_rivals
+            inconsistency += max(0.0, fitted.overlap - s.clear_overlap) / s.tolerated_overlap
+            if prior is not None and fitted.others:
+                away = np.linalg.norm(fitted.positions - prior.positions, axis=1) > prior.reach
                 inconsistency += float(np.mean(away)) / s.tolerated_away
             missing = max(0.0, unseen - consistency.covered)
             # Of two consistent hypotheses, the one that explains more of the image is better.
-            tried.append((inconsistency + missing, inconsistency, found))
+            tried.append((inconsistency + missing, inconsistency, fitted))
             # Once the first hypothesis has failed, all others are compared before one is accepted.
             clear = len(tried) == 1 and missing < s.max_missing_share
             followed = prior is not None and start.prior is prior
@@ -157,7 +159,7 @@ class CenterlineEstimator:
         right: Pose | None,
         prior: ShapePrior | None,
         length: ChainLength,
-        known: Sequence[OtherLine],
+        expected_others: Sequence[OtherLine],
     ) -> tuple[CenterlineEstimate, ReprojectionConsistency, float]:
         """Fit of one hypothesis, its consistency with the image, and its share without any ranges.
 
@@ -165,25 +167,28 @@ class CenterlineEstimator:
         shows others than the known ones, it is fitted anew.
         """
         view = samples.observation
-        found = self._fitted(samples, start, left, right, length, known)
-        unseen = 1.0 - float(np.mean(found.observed))
-        axes = [line.pixels for line in known]
-        consistency = reprojection_consistency(found.positions, self.camera, view, axes)
-        if not known and consistency.unexplained < self.settings.hypotheses.tolerated_unexplained:
-            return found, consistency, unseen
-        held = left is not None, right is not None
-        beside = strands_beside_chain(view, self.camera, self.rope, found, held, prior)
+        fitted = self._fitted(samples, start, left, right, length, expected_others)
+        unseen = 1.0 - float(np.mean(fitted.observed))
+        axes = [line.pixels for line in expected_others]
+        consistency = reprojection_consistency(fitted.positions, self.camera, view, axes)
+        if (
+            not expected_others
+            and consistency.unexplained < self.settings.hypotheses.tolerated_unexplained
+        ):
+            return fitted, consistency, unseen
+        gripped = left is not None, right is not None
+        beside = strands_beside_chain(view, self.camera, self.rope, fitted, gripped, prior)
         if beside.foreign:
             lines = [*join_strands(beside.foreign, view.width)]
-            every = [*lines, *known]
-            if not all(_is_known(line, known, view.width) for line in lines):
-                found = self._fitted(samples, start, left, right, length, every)
-                beside = strands_beside_chain(view, self.camera, self.rope, found, held, prior)
-            overlap = overlap_of(found.positions, every, self.camera, view.width)
-            found = replace(found, others=tuple(lines), overlap=overlap)
+            every = [*lines, *expected_others]
+            if not all(_is_known(line, expected_others, view.width) for line in lines):
+                fitted = self._fitted(samples, start, left, right, length, every)
+                beside = strands_beside_chain(view, self.camera, self.rope, fitted, gripped, prior)
+            overlap = overlap_of(fitted.positions, every, self.camera, view.width)
+            fitted = replace(fitted, others=tuple(lines), overlap=overlap)
             axes = [line.pixels for line in every]
-            consistency = reprojection_consistency(found.positions, self.camera, view, axes)
-        return replace(found, rivals=beside.rivals), consistency, unseen
+            consistency = reprojection_consistency(fitted.positions, self.camera, view, axes)
+        return replace(fitted, rivals=beside.rivals), consistency, unseen
 
     def _wrong_topology_sigma(
         self, left: Pose | None, right: Pose | None
@@ -209,10 +214,10 @@ class CenterlineEstimator:
         s = self.settings.hypotheses
         rows, edges = [np.zeros((0, 6))], [np.zeros(0, int)]
         for segment, places in start.edges:
-            found, index = samples.without(segment, others) if others else samples.of(segment)
-            known = places[index] >= 0
-            rows.append(found[known])
-            edges.append(places[index][known])
+            sample, index = samples.without(segment, others) if others else samples.of(segment)
+            placed = places[index] >= 0
+            rows.append(sample[placed])
+            edges.append(places[index][placed])
         anchors = node_anchors(
             start.nodes, start.sliding, start.prior, left, right, self.rope, self.settings
         )
@@ -227,13 +232,13 @@ class CenterlineEstimator:
             sigma = np.hypot(sigma, np.hypot(start.sliding, s.free_end_sigma))
         usual = float(np.median(np.concatenate([fit.support[fit.support > 1.0], [1.0]])))
         observed = fit.support > max(1.0, s.min_support_ratio * usual)
-        held = left is not None, right is not None
+        gripped = left is not None, right is not None
         ratio = None
-        if length.measure and all(held) and np.mean(observed) >= s.min_seen_for_length:
+        if length.measure and all(gripped) and np.mean(observed) >= s.min_seen_for_length:
             free = self._fit.solve(fit.nodes, measured, on_edge, eye, anchors, free_length=True)
             ratio = polylines.length(free.nodes) / self.rope.length
         edge = self.rope.length / (self.rope.node_count - 1)
-        sigma = np.hypot(sigma, occlusion_uncertainty(fit.nodes, edge, observed, held))
+        sigma = np.hypot(sigma, occlusion_uncertainty(fit.nodes, edge, observed, gripped))
         chord_error = _chord_error(fit.nodes)
         sigma = np.hypot(sigma, CHORD_ERROR_SHARE * np.linalg.norm(chord_error, axis=1))
         sigma = np.where(observed, 1.0, s.hidden_sigma_factor) * sigma
@@ -242,11 +247,11 @@ class CenterlineEstimator:
         )
 
 
-def _is_known(line: OtherLine, known: Sequence[OtherLine], width: float) -> bool:
+def _is_known(line: OtherLine, others: Sequence[OtherLine], width: float) -> bool:
     """Whether a line lies on known ones in the image."""
-    if not known:
+    if not others:
         return False
-    pixels = np.concatenate([other.pixels for other in known])
+    pixels = np.concatenate([other.pixels for other in others])
     gaps = polylines.least_distances(line.pixels[::4], pixels)
     return float(np.mean(gaps < KNOWN_WIDTHS * width)) > KNOWN_SHARE
 

@@ -68,7 +68,7 @@ def strands_beside_chain(
     camera: Camera,
     rope: RopeDimensions,
     chain: CenterlineEstimate,
-    held: tuple[bool, bool],
+    gripped: tuple[bool, bool],
     prior: ShapePrior | None,
 ) -> StrandsBeside:
     """Return the strands beside an estimate of the held rope.
@@ -78,10 +78,10 @@ def strands_beside_chain(
         camera: Camera of the frame.
         rope: Length and number of nodes of the held rope.
         chain: Estimate of the held rope.
-        held: Whether a grip holds the left and the right end.
+        gripped: Whether a grip holds the left and the right end.
         prior: Expected shape of the held rope.
     """
-    stretches = list(_hidden_stretches(chain, held, rope.length / (rope.node_count - 1)))
+    stretches = list(_hidden_stretches(chain, gripped, rope.length / (rope.node_count - 1)))
     foreign, rivals = [], 0.0
     for strand in _uncovered(view, camera, chain.positions):
         if _is_off(strand, prior):
@@ -139,13 +139,13 @@ class _HiddenStretch:
 
 
 def _hidden_stretches(
-    chain: CenterlineEstimate, held: tuple[bool, bool], edge: float
+    chain: CenterlineEstimate, gripped: tuple[bool, bool], edge: float
 ) -> Iterator[_HiddenStretch]:
-    nodes, known = chain.positions, chain.observed.copy()
-    known[0] |= held[0]
-    known[-1] |= held[1]
-    fixed = np.flatnonzero(known).tolist()
-    bounds = [*([] if held[0] else [None]), *fixed, *([] if held[1] else [None])]
+    nodes, located = chain.positions, chain.observed.copy()
+    located[0] |= gripped[0]
+    located[-1] |= gripped[1]
+    fixed = np.flatnonzero(located).tolist()
+    bounds = [*([] if gripped[0] else [None]), *fixed, *([] if gripped[1] else [None])]
     last = len(nodes) - 1
     for a, b in itertools.pairwise(bounds):
         first, end = (0 if a is None else a), (last if b is None else b)

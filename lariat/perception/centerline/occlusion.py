@@ -19,7 +19,7 @@ def occlusion_uncertainty(
     nodes: Float64[np.ndarray, "n 3"],
     edge: float,
     observed: Bool[np.ndarray, "n"],
-    held: tuple[bool, bool],
+    gripped: tuple[bool, bool],
 ) -> Float64[np.ndarray, "n"]:
     """Return the standard deviation of every node due to occlusion; 0 where it is observed [m].
 
@@ -31,13 +31,13 @@ def occlusion_uncertainty(
         nodes: Fitted nodes [m].
         edge: Distance between two of them along the rope [m].
         observed: Whether each node is observed.
-        held: Whether a grip holds the left and the right end.
+        gripped: Whether a grip holds the left and the right end.
     """
     n = len(nodes)
-    known = observed.copy()
-    known[0] |= held[0]
-    known[-1] |= held[1]
-    fixed = np.flatnonzero(known)
+    located = observed.copy()
+    located[0] |= gripped[0]
+    located[-1] |= gripped[1]
+    fixed = np.flatnonzero(located)
     sigma = np.zeros(n)
     for a, b in itertools.pairwise(fixed):
         if b - a < 2:

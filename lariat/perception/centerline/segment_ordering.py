@@ -63,7 +63,7 @@ def order_by_prior(
     s = polylines.arc_lengths(prior)
     dense = polylines.resample(prior, 4 * len(prior))
     at = np.linspace(0.0, s[-1], len(dense))
-    found: list[tuple[float, int, bool]] = []
+    passages: list[tuple[float, int, bool]] = []
     for index, points in enumerate(segments):
         sampled = points[:: max(1, len(points) // MAX_COMPARED_POINTS)]
         distances = polylines.point_distances(sampled, dense)
@@ -72,9 +72,9 @@ def order_by_prior(
             continue
         along = at[nearest]
         trend = float((along - along.mean()) @ np.arange(len(along)))
-        found.append((float(np.median(along)), index, trend < 0.0))
-    found.sort()
-    return SegmentOrder(tuple(i for _, i, _ in found), tuple(f for _, _, f in found))
+        passages.append((float(np.median(along)), index, trend < 0.0))
+    passages.sort()
+    return SegmentOrder(tuple(i for _, i, _ in passages), tuple(f for _, _, f in passages))
 
 
 def order_by_gaps(
@@ -91,7 +91,7 @@ def order_by_gaps(
     permuted = list(range(min(len(segments), MAX_PERMUTED_SEGMENTS)))
     lengths = [polylines.length(p) for p in segments]
     ends = [segment_ends(p) for p in segments]
-    found: list[tuple[float, tuple[int, ...], tuple[bool, ...]]] = []
+    orders: list[tuple[float, tuple[int, ...], tuple[bool, ...]]] = []
     for count in range(1, len(permuted) + 1):
         for indices in itertools.permutations(permuted, count):
             for flips in itertools.product((False, True), repeat=count):
@@ -104,10 +104,10 @@ def order_by_gaps(
                         segments[last][0 if flips[-1] else -1][0],
                     )
                     cost += WRONG_SIDE_COST * (xs[0] > xs[1])
-                found.append((cost, indices, flips))
-    found.sort()
-    limit = RIVAL_COST_FACTOR * found[0][0] + RIVAL_COST_OFFSET
-    rivals = [f for f in found[:MAX_RIVAL_ORDERS] if f[0] < limit]
+                orders.append((cost, indices, flips))
+    orders.sort()
+    limit = RIVAL_COST_FACTOR * orders[0][0] + RIVAL_COST_OFFSET
+    rivals = [f for f in orders[:MAX_RIVAL_ORDERS] if f[0] < limit]
     return [SegmentOrder(indices, flips) for _, indices, flips in rivals]
 
 

@@ -64,14 +64,14 @@ class MarkerDetector:
         corners, identities, _ = self._detector.detectMarkers(grey)
         if identities is None:
             return []
-        found = [
+        detections = [
             MarkerDetection(
                 int(identity),
                 _refined_corners(grey, np.asarray(quad, float).reshape(4, 2), self._settings),
             )
             for quad, identity in zip(corners, np.ravel(identities), strict=True)
         ]
-        return sorted(found, key=lambda d: d.identity)
+        return sorted(detections, key=lambda d: d.identity)
 
 
 def mask_markers(color: Picture, detections: list[MarkerDetection]) -> Picture:

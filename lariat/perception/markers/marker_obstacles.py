@@ -80,8 +80,8 @@ class MarkerObstacles:
     @property
     def in_view(self) -> frozenset[str]:
         """Names of the obstacles whose markers were found in the last search."""
-        found = (self._marked.get(d.identity) for d in self._detections)
-        return frozenset(obstacle.name for obstacle in found if obstacle is not None)
+        obstacles = (self._marked.get(d.identity) for d in self._detections)
+        return frozenset(obstacle.name for obstacle in obstacles if obstacle is not None)
 
     def update(
         self,
@@ -127,10 +127,10 @@ class MarkerObstacles:
             if start is None or current is None:
                 continue
             height = current.position[2]
-            found = locate_marker(detection, camera, height + upper_face(current))
-            if found is None or found.residual > s.max_residual_ratio * found.side:
+            location = locate_marker(detection, camera, height + upper_face(current))
+            if location is None or location.residual > s.max_residual_ratio * location.side:
                 continue
-            steady = self._filters[detection.identity].add(found)
+            steady = self._filters[detection.identity].add(location)
             self._count[detection.identity] += 1
             if self._count[detection.identity] < s.min_detections:
                 continue

@@ -63,9 +63,9 @@ class KnownScene:
     """Capsules of the grippers."""
 
 
-def least_relative_depth(known: KnownScene) -> float:
+def least_relative_depth(scene: KnownScene) -> float:
     """Return the least distance of a thing from what lies behind it [m]."""
-    return LEAST_RELATIVE_DEPTH * 2.0 * known.radius
+    return LEAST_RELATIVE_DEPTH * 2.0 * scene.radius
 
 
 def widest(camera: Camera, far: float) -> int:
@@ -81,7 +81,7 @@ def widest(camera: Camera, far: float) -> int:
 def foreground_mask(
     smooth: SmoothDepth,
     camera: Camera,
-    known: KnownScene,
+    scene: KnownScene,
     bias: float,
     depth_sigma: float,
     scale: Scale,
@@ -91,24 +91,24 @@ def foreground_mask(
     Args:
         smooth: Depths.
         camera: Camera of their image.
-        known: What is known to be there.
+        scene: What is known to be there.
         bias: Bias of every depth [m].
         depth_sigma: Standard deviation of a single depth [m].
         scale: How pixels are compared.
     """
     focus = camera.intrinsics.fx
-    nodes, z = camera.project(known.rope.positions)
+    nodes, z = camera.project(scene.rope.positions)
     far = float(np.max(z))
     least, min_length = (
-        scale.least_share * least_relative_depth(known),
+        scale.least_share * least_relative_depth(scene),
         scale.min_length * focus / far,
     )
     difference = relative_depth(smooth.depth, widest(camera, far))
     sigma = scale.least_share * depth_sigma
     mask = near_mask(difference, smooth, least, sigma, MAX_RANGE * far)
-    _erase_rope(mask, nodes, focus / z, known, scale.rope_margin)
+    _erase_rope(mask, nodes, focus / z, scene, scale.rope_margin)
     # Half spaces are never thin, and what lies on them is not to be taken for them.
-    solid = [o for o in known.obstacles if o.shape != "half_space" and not o.keep_in]
+    solid = [o for o in scene.obstacles if o.shape != "half_space" and not o.keep_in]
     region = _long_parts(mask, difference, 1e3 * least, min_length)
     if region is None:
         return None
@@ -116,7 +116,7 @@ def foreground_mask(
     height, width = region.mask.shape
     mask[:] = 0
     mask[region.top : region.top + height, region.left : region.left + width] = region.mask
-    for bodies, margin in ((known.grippers, GRIPPER_MARGIN), (solid, BODY_MARGIN)):
+    for bodies, margin in ((scene.grippers, GRIPPER_MARGIN), (solid, BODY_MARGIN)):
         _erase_bodies(mask, smooth.depth, camera, bodies, margin, bias, scale.outline)
     return _long_parts(mask, difference, 1e3 * least, min_length)
 
@@ -125,12 +125,12 @@ def _erase_rope(
     mask: UInt8[np.ndarray, "h w"],
     nodes: Float64[np.ndarray, "n 2"],
     pixels_per_metre: Float64[np.ndarray, "n"],
-    known: KnownScene,
+    scene: KnownScene,
     margin: float,
 ) -> None:
     """Set the pixels around the held rope to zero."""
-    off = np.minimum(CHAIN_SIGMAS * known.rope.sigma, MAX_CHAIN_ERROR)
-    reach = (known.radius + off) * pixels_per_metre + margin
+    off = np.minimum(CHAIN_SIGMAS * scene.rope.sigma, MAX_CHAIN_ERROR)
+    reach = (scene.radius + off) * pixels_per_metre + margin
     corners = np.rint(nodes).astype(int)
     for a, b, r in zip(corners[:-1], corners[1:], np.maximum(reach[:-1], reach[1:]), strict=True):
         cv2.line(mask, a.tolist(), b.tolist(), 0, 2 * round(float(r)) + 1)
@@ -146,11 +146,11 @@ def _erase_bodies(
     outline: int,
 ) -> None:
     """Set the pixels up to a margin from bodies to zero, with those on their outlines."""
-    found = cv2.findNonZero(mask)
-    if found is None or not bodies:
+    kept = cv2.findNonZero(mask)
+    if kept is None or not bodies:
         return
-    pixels = found.reshape(-1, 2).astype(float)
-    columns, rows = found.reshape(-1, 2).T
+    pixels = kept.reshape(-1, 2).astype(float)
+    columns, rows = kept.reshape(-1, 2).T
     points = camera.back_project(pixels, 1e-3 * depth[rows, columns] - bias)
     shown = scene_distance(points, bodies) < margin
     if not np.any(shown):

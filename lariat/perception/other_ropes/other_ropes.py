@@ -124,12 +124,12 @@ class OtherRopes:
             look: Function that tells what the cameras see at some points.
             stamp: Time of the exposure [ns].
         """
-        found: dict[int, list[SeenLine]] = {}
+        lines_of: dict[int, list[SeenLine]] = {}
         for line in _distinct(lines, self.settings):
             rope = self._rope_of(line.points)
-            found.setdefault(rope.id, []).append(line)
+            lines_of.setdefault(rope.id, []).append(line)
         for rope in self._ropes:
-            self._follow(rope, found.get(rope.id, []), look, stamp)
+            self._follow(rope, lines_of.get(rope.id, []), look, stamp)
         self._ropes = [rope for rope in self._ropes if rope.parts]
         self._revise()
 

@@ -122,9 +122,9 @@ def _filled(
     """Means, of larger squares where they are of no depth; the farthest depth where those are."""
     holes = np.flatnonzero(count == 0)
     if len(holes):
-        around, known = (_sum(image, side).ravel()[holes] for image in (depth, measured))
+        around, weights = (_sum(image, side).ravel()[holes] for image in (depth, measured))
         farthest = np.iinfo(np.uint16).max
-        mean.ravel()[holes] = np.where(known > 0.0, around / np.maximum(known, 1.0), farthest)
+        mean.ravel()[holes] = np.where(weights > 0.0, around / np.maximum(weights, 1.0), farthest)
     return mean.astype(np.uint16, copy=False)
 
 

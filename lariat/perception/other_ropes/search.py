@@ -72,6 +72,8 @@ class SearchBeside:
         sure = estimate.p_wrong < MAX_LEARNT_P_WRONG
         lines = [SeenLine(line.points, self._diameter) for line in estimate.others if sure]
         grippers = gripper_capsules(*grips, self._limits.gripper_reach, self._limits.gripper_radius)
-        known = KnownScene(estimate, 0.5 * self._diameter, obstacles, grippers)
-        found = [line for view in views for line in thin_structures(view, known, self._depth_sigma)]
-        return lines + [line for line in found if is_away(line.points, grips)]
+        scene = KnownScene(estimate, 0.5 * self._diameter, obstacles, grippers)
+        structures = [
+            line for view in views for line in thin_structures(view, scene, self._depth_sigma)
+        ]
+        return lines + [line for line in structures if is_away(line.points, grips)]

@@ -70,44 +70,44 @@ class RgbdView:
     """Bias of every depth [m]."""
 
 
-def thin_structures(view: RgbdView, known: KnownScene, depth_sigma: float) -> list[SeenLine]:
+def thin_structures(view: RgbdView, scene: KnownScene, depth_sigma: float) -> list[SeenLine]:
     """Return the thin things in images that nothing known explains, longest first.
 
     A smaller image tells where to look.
 
     Args:
         view: The images.
-        known: What is known to be there.
+        scene: What is known to be there.
         depth_sigma: Standard deviation of a single depth [m].
     """
-    far = float(np.max(view.camera.project(known.rope.positions)[1]))
-    k = max(2, round(2.0 * known.radius * view.camera.intrinsics.fx / far / COARSE_PIXELS))
+    far = float(np.max(view.camera.project(scene.rope.positions)[1]))
+    k = max(2, round(2.0 * scene.radius * view.camera.intrinsics.fx / far / COARSE_PIXELS))
     # Of so many depths is a pixel of the smaller image the mean, and of SMOOTHING squared here.
     sigma = depth_sigma * k / SMOOTHING
     camera = _reduced(view.camera, k)
-    found = foreground_mask(reduced(view.depth, k), camera, known, view.bias, sigma, COARSE)
-    if found is None:
+    region = foreground_mask(reduced(view.depth, k), camera, scene, view.bias, sigma, COARSE)
+    if region is None:
         return []
     margin = 2 * widest(view.camera, far)
-    height, width = found.mask.shape
-    left, top = max(0, k * found.left - margin), max(0, k * found.top - margin)
-    right, bottom = k * (found.left + width) + margin, k * (found.top + height) + margin
-    return _lines(view, known, depth_sigma, np.s_[top:bottom, left:right])
+    height, width = region.mask.shape
+    left, top = max(0, k * region.left - margin), max(0, k * region.top - margin)
+    right, bottom = k * (region.left + width) + margin, k * (region.top + height) + margin
+    return _lines(view, scene, depth_sigma, np.s_[top:bottom, left:right])
 
 
 def _lines(
-    view: RgbdView, known: KnownScene, depth_sigma: float, part: tuple[slice, slice]
+    view: RgbdView, scene: KnownScene, depth_sigma: float, part: tuple[slice, slice]
 ) -> list[SeenLine]:
     """Thin things in a part of the images, longest first."""
     depth, bias = view.depth[part], view.bias
     camera = _cropped(view.camera, part, depth.shape)
-    region = foreground_mask(smoothed(depth), camera, known, bias, depth_sigma, FINE)
+    region = foreground_mask(smoothed(depth), camera, scene, bias, depth_sigma, FINE)
     if region is None:
         return []
-    far = float(np.max(camera.project(known.rope.positions)[1]))
-    width, most = 2.0 * known.radius * camera.intrinsics.fx / far, widest(camera, far)
-    held = view.camera.project(known.rope.positions[known.rope.observed])[0]
-    if not len(held):
+    far = float(np.max(camera.project(scene.rope.positions)[1]))
+    width, most = 2.0 * scene.radius * camera.intrinsics.fx / far, widest(camera, far)
+    rope_pixels = view.camera.project(scene.rope.positions[scene.rope.observed])[0]
+    if not len(rope_pixels):
         # What is seen might be the held rope itself.
         return []
     pieces = [
@@ -118,22 +118,22 @@ def _lines(
     if not pieces:
         return []
     color = view.color()
-    ours, shown = np.median(color[_at(held, color.shape)], axis=0), color[part]
+    ours, shown = np.median(color[_at(rope_pixels, color.shape)], axis=0), color[part]
     strands = [
-        BesideStrand(p.pixels, axis_points(p, camera, known.radius - bias, DEPTH_HALF_WINDOW))
+        BesideStrand(p.pixels, axis_points(p, camera, scene.radius - bias, DEPTH_HALF_WINDOW))
         for p in pieces
         if not _looks_like(p, shown, ours)
     ]
-    found = []
+    seen = []
     for line in join_strands(strands, width):
-        diameter = _diameter(line, depth, camera, known.radius - bias, most)
+        diameter = _diameter(line, depth, camera, scene.radius - bias, most)
         outward = poses.normalized(camera.rays(line.pixels))
-        points = line.points + (0.5 * diameter - known.radius) * outward
+        points = line.points + (0.5 * diameter - scene.radius) * outward
         length = polylines.length(polylines.resample(points, max(2, len(points) // 5)))
-        thin = least_relative_depth(known) < diameter < MAX_DIAMETER
+        thin = least_relative_depth(scene) < diameter < MAX_DIAMETER
         if thin and length > max(MIN_LENGTH, MIN_SLENDERNESS * diameter):
-            found.append(SeenLine(points, diameter))
-    return found
+            seen.append(SeenLine(points, diameter))
+    return seen
 
 
 def _reduced(camera: Camera, k: int) -> Camera:
@@ -152,9 +152,9 @@ def _cropped(camera: Camera, part: tuple[slice, slice], shape: tuple[int, ...]) 
 
 def _without_steps(ridge: Ridge, min_count: int) -> Iterator[Ridge]:
     """Yield the pieces of a ridge between steps of its depth, where it leads over another thing."""
-    (known,) = np.nonzero(np.isfinite(ridge.depth))
-    steps = np.abs(np.diff(ridge.depth[known])) > MAX_STEP
-    for run in np.split(known, np.flatnonzero(steps) + 1):
+    (finite,) = np.nonzero(np.isfinite(ridge.depth))
+    steps = np.abs(np.diff(ridge.depth[finite])) > MAX_STEP
+    for run in np.split(finite, np.flatnonzero(steps) + 1):
         if len(run) >= min_count:
             part = slice(run[0], run[-1] + 1)
             yield Ridge(
@@ -200,13 +200,13 @@ def _diameter(
     # Sorted with the missing ones last: medians of masked arrays take ten times as long.
     behind = np.sort(np.where(across > 0.0, across - near[:, None], np.inf).T, axis=1)
     count = np.count_nonzero(across, axis=0)
-    known = count > 0
-    if not np.any(known):
+    measured = count > 0
+    if not np.any(measured):
         return np.inf
     row = np.arange(len(count))
     profile = 0.5 * (behind[row, (count - 1) // 2] + behind[row, count // 2])
     fine = np.arange(-reach, reach, PROFILE_STEP)
-    height = np.interp(fine, offsets[known], profile[known])
+    height = np.interp(fine, offsets[measured], profile[measured])
     outside = height > 0.5 * np.max(height)
     left = np.max(fine[outside & (fine < 0.0)], initial=-reach)
     right = np.min(fine[outside & (fine >= 0.0)], initial=reach)

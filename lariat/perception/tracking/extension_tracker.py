@@ -78,12 +78,12 @@ class ExtensionTracker:
     ) -> CenterlineEstimate:
         own, n = self._extension, self._count
         with own.guarded("locate"):
-            found = self._perception.locate(
+            located = self._perception.locate(
                 color.copy(), depth.copy(), (left, right), stamp * NANOSECONDS
             )
-            if found is None:
+            if located is None:
                 return CenterlineEstimate.failed(f"{own} does not see the rope")
-            nodes, sigma, observed = found.nodes, found.sigma, found.observed
+            nodes, sigma, observed = located.nodes, located.sigma, located.observed
         nodes = own.checked("locate", nodes, (n, 3))
         sigma = own.checked("locate", sigma, (n,))
         observed = own.checked("locate", observed, (n,)) != 0.0

@@ -84,16 +84,16 @@ class PaperTracker:
         """
         s, n = self._settings, self._rope.node_count
         start = (left or self._fixed_end).position
-        found = paper_nodes(color, depth, self.camera, start, self._rope.length, n, s.threshold)
-        if len(found) < max(2, n - s.max_missing_nodes):
+        nodes = paper_nodes(color, depth, self.camera, start, self._rope.length, n, s.threshold)
+        if len(nodes) < max(2, n - s.max_missing_nodes):
             return CenterlineEstimate.failed(
-                f"the paper's algorithm found {len(found)} of {n} nodes"
+                f"the paper's algorithm found {len(nodes)} of {n} nodes"
             )
-        step = found[-1] - found[-2]
-        rest = found[-1] + np.arange(1, n - len(found) + 1)[:, None] * step
-        observed = np.arange(n) < len(found)
+        step = nodes[-1] - nodes[-2]
+        rest = nodes[-1] + np.arange(1, n - len(nodes) + 1)[:, None] * step
+        observed = np.arange(n) < len(nodes)
         sigma = np.where(observed, s.sigma, s.extrapolation_factor * s.sigma)
-        return CenterlineEstimate(np.concatenate([found, rest]), sigma, observed)
+        return CenterlineEstimate(np.concatenate([nodes, rest]), sigma, observed)
 
 
 def paper_nodes(

@@ -95,11 +95,11 @@ def arm_fault(
     for end, arm in cell.arms.items():
         joints = JointConstraints(arm.kinematics, problem.limits, JOINT_SPEED_SHARE, 1.0)
         joints.set_joints(tuple(cell.joints[end]))
-        found = joints.broken(
+        fault = joints.broken(
             positions[:, end], orientations[:, end], solved, collision, margin, dt
         )
-        if found is not None:
-            return ArmFault(found[0], SIDES[end], found[1])
+        if fault is not None:
+            return ArmFault(fault[0], SIDES[end], fault[1])
         bodies[end] = joints.spheres()
     rows = [0, *solved]
     both = [_with_gripper(cell, end, bodies, positions[rows], orientations[rows]) for end in (0, 1)]
@@ -145,9 +145,9 @@ def goal_fault(problem: Problem) -> ArmFault | None:
     for side, rows in (slacks or {}).items():
         joints = {rule: slack for rule, slack in rows.items() if rule in JOINT_RULES}
         bodies = {rule: slack for rule, slack in rows.items() if rule not in JOINT_RULES}
-        found = first_broken(joints) or first_broken(bodies, LEAST_LINK_MARGIN)
-        if found is not None:
-            return ArmFault(found[0], side, found[1])
+        fault = first_broken(joints) or first_broken(bodies, LEAST_LINK_MARGIN)
+        if fault is not None:
+            return ArmFault(fault[0], side, fault[1])
     return None
 
 
@@ -172,10 +172,10 @@ def _standing_slacks(
             first, last = (Pose(positions[j, end], orientations[j, end]) for j in (k - 1, k))
             joints = rows[-1]
             for share in np.linspace(0.0, 1.0, STEPS_TO_GOAL + 1)[1:]:
-                found = arm.kinematics.solve(interpolate(first, last, float(share)), joints)
-                if found is None:
+                solution = arm.kinematics.solve(interpolate(first, last, float(share)), joints)
+                if solution is None:
                     return None
-                joints = found
+                joints = solution
             rows.append(joints)
         path = np.array(rows)
         low, high = arm.kinematics.joint_range

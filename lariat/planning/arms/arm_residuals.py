@@ -104,22 +104,22 @@ class ArmResiduals:
         """
         whole = path.grips(displacements)
         positions, orientations = self._problem.grippers(*whole)
-        found: list[Residuals] = []
+        residuals: list[Residuals] = []
         rows: dict[int, list[_Step | None]] = {}
         twists: dict[int, Float64[np.ndarray, "s 6 k 6"]] = {}
         for end, arm in self._cell.arms.items():
             twists[end] = _twists(path, whole[1], displacements, end)
             steps, unreached = self._solved(arm, end, positions[1:, end], orientations[1:, end])
             rows[end] = steps
-            found += self._unreached(unreached, twists[end], end)
+            residuals += self._unreached(unreached, twists[end], end)
             for step, row in enumerate(steps):
                 if row is not None:
-                    found += [
+                    residuals += [
                         _by_displacements(residual, twist_row, twists[end][step], end)
                         for residual, twist_row in self._of_arm(arm, row)
                     ]
-        found += self._spacing(rows, twists, positions[1:], orientations[1:])
-        return found
+        residuals += self._spacing(rows, twists, positions[1:], orientations[1:])
+        return residuals
 
     def _solved(
         self,
@@ -162,20 +162,22 @@ class ArmResiduals:
     ) -> list[tuple[Float64[np.ndarray, "r"], Float64[np.ndarray, "r 6"]]]:
         """Residuals of one arm at one step, and their Jacobians by the twist of its grip."""
         s, problem = self._settings, self._problem
-        found = []
+        residuals = []
         low, high = arm.kinematics.joint_range
         below, above = low + s.joint_margin - step.joints, step.joints - high + s.joint_margin
         for lack, sign in ((below, -1.0), (above, 1.0)):
             (bad,) = np.nonzero(lack > 0.0)
             if len(bad):
-                found.append((s.radian * lack[bad], sign * s.radian * step.joints_per_twist[bad]))
-        found += self._singularity(arm, step)
+                residuals.append(
+                    (s.radian * lack[bad], sign * s.radian * step.joints_per_twist[bad])
+                )
+        residuals += self._singularity(arm, step)
         keep_out = problem.limits.keep_out + s.link_margin
         solids = [o for o in problem.solid if o.shape != "half_space"]
         floors = [o for o in problem.solid if o.shape == "half_space"]
         for obstacles, distance in ((solids, keep_out), (floors, s.link_margin)):
-            found += _near(step, obstacles, distance)
-        return found
+            residuals += _near(step, obstacles, distance)
+        return residuals
 
     def _singularity(
         self, arm: Arm, step: _Step
@@ -202,8 +204,8 @@ class ArmResiduals:
         orientations: Float64[np.ndarray, "s 2 4"],
     ) -> list[Residuals]:
         """Missing distances between the bodies of both ends, the two grippers excepted."""
-        wanted = self._problem.limits.keep_out + self._settings.link_margin
-        found: list[Residuals] = []
+        spacing = self._problem.limits.keep_out + self._settings.link_margin
+        residuals: list[Residuals] = []
         grippers = [
             self._cell.gripper_spheres(end, positions[:, end], orientations[:, end])
             for end in (0, 1)
@@ -221,7 +223,7 @@ class ArmResiduals:
             )
             apart = left.centres[:, None] - right.centres[None]
             distance = np.sqrt(np.einsum("ijc,ijc->ij", apart, apart))
-            lack = wanted + left.radii[:, None] + right.radii - distance
+            lack = spacing + left.radii[:, None] + right.radii - distance
             lack[: left.grippers, : right.grippers] = 0.0
             near = np.argsort(-lack, axis=None)[: self._settings.pairs_per_step]
             for i, j in zip(*np.unravel_index(near, lack.shape), strict=True):
@@ -234,8 +236,8 @@ class ArmResiduals:
                     if end in twists:
                         row = sign * MILLIMETRES * (normal @ body.per_twist(k))[None]
                         jacobian += _by_displacements(residual, row, twists[end][step], end)[1]
-                found.append((residual, jacobian))
-        return found
+                residuals.append((residual, jacobian))
+        return residuals
 
     def _body(
         self,
@@ -302,8 +304,8 @@ def _twists(
     """Change of an end's pose after each step by the displacements of its blocks."""
     blocks = len(displacements)
     share = path.share
-    found = np.zeros((len(share), 6, blocks, 6))
-    found[:, [0, 1, 2], :, [0, 1, 2]] = share[None]
+    twists = np.zeros((len(share), 6, blocks, 6))
+    twists[:, [0, 1, 2], :, [0, 1, 2]] = share[None]
     ends = path.block_ends(orientations)[:, end]
     change = left_jacobian(displacements[:, end, 3:], np.eye(3)[:, None, :])
     for step, part in enumerate(share):
@@ -311,8 +313,8 @@ def _twists(
         after = poses.multiply(orientations[step + 1, end], poses.conjugate(ends))
         after[part < 1.0] = poses.IDENTITY
         turned = poses.rotate(after[None], change) * part[None, :, None]
-        found[step, 3:, :, 3:] = np.transpose(turned, (2, 1, 0))
-    return found
+        twists[step, 3:, :, 3:] = np.transpose(turned, (2, 1, 0))
+    return twists
 
 
 def _by_displacements(

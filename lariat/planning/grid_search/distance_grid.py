@@ -105,10 +105,10 @@ class DistanceGrid:
             (self.rope_field, shape.nodes[::every], clearance + problem.radius),
             (self.field, shape.gripper_points, body),
         )
-        found = np.ones(self.size, dtype=bool)
+        free = np.ones(self.size, dtype=bool)
         for field, points, margin in parts:
             for point in points:
-                found &= self._distances(field, point) > margin
+                free &= self._distances(field, point) > margin
         low, high = np.array(limits.workspace)
         for axis in range(3):
             at = self.origin[axis] + self.spacing * np.arange(self.size[axis])
@@ -117,8 +117,8 @@ class DistanceGrid:
                 inside &= (at + grip[axis] >= low[axis]) & (at + grip[axis] <= high[axis])
             broadcast = [1, 1, 1]
             broadcast[axis] = -1
-            found &= inside.reshape(broadcast)
-        return found
+            free &= inside.reshape(broadcast)
+        return free
 
     def _distances(
         self, field: Float64[np.ndarray, "a b c"], offset: Float64[np.ndarray, "3"]

@@ -56,9 +56,9 @@ def _distances(
     """Spacing of the cells, and the distances of their centres from obstacles and regions [m]."""
     low, high = np.array(problem.limits.workspace)
     thinnest = min((o.thickness for o in problem.solid), default=np.inf)
-    wanted = SPACING_SHARE * (radius + 0.5 * min(thinnest, 1.0))
+    finest = SPACING_SHARE * (radius + 0.5 * min(thinnest, 1.0))
     most = min(MAX_DISTANCES / max(len(problem.solid), 1), MAX_CELLS)
-    spacing = max(wanted, float(np.prod(high - low) / most) ** (1.0 / 3.0))
+    spacing = max(finest, float(np.prod(high - low) / most) ** (1.0 / 3.0))
     size = np.maximum(np.ceil((high - low) / spacing).astype(int), 1)
     axes = [low[k] + spacing * (np.arange(size[k]) + 0.5) for k in range(3)]
     centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
@@ -91,5 +91,5 @@ def _along(
     index = np.arange(1, free.shape[axis] + 1, dtype=np.int32).reshape(shape)
     blocked_at = np.maximum.accumulate(np.where(free, 0, index), axis=axis)
     reached_at = np.maximum.accumulate(np.where(reached, index, 0), axis=axis)
-    found = free & (reached_at > blocked_at)
-    return np.flip(found, axis) if flip else found
+    continued = free & (reached_at > blocked_at)
+    return np.flip(continued, axis) if flip else continued

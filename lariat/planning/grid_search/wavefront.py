@@ -61,13 +61,13 @@ def backtrack(reached_at: Int16[np.ndarray, "s x y z"], end: Cell) -> list[Cell]
     last = (0, 0, 0, 0)
     while reached_at[cells[-1]] > 0:
         here = cells[-1]
-        wanted = reached_at[here] - 1
+        distance = reached_at[here] - 1
         moves = [last, *_NEIGHBOUR_MOVES]
         candidates = [tuple(a + b for a, b in zip(here, move, strict=True)) for move in moves]
         candidates += [(shape, *here[1:]) for shape in range(reached_at.shape[0])]
         for candidate in candidates:
             inside = all(0 <= p < n for p, n in zip(candidate, reached_at.shape, strict=True))
-            if inside and reached_at[candidate] == wanted:
+            if inside and reached_at[candidate] == distance:
                 last = tuple(b - a for a, b in zip(here, candidate, strict=True))
                 cells.append(candidate)
                 break

@@ -40,16 +40,18 @@ def grip_residuals(
     unit = np.where(np.arange(6) < 3, 1.0, problem.rod.properties.length / (2.0 * np.pi))
     unit = unit * MILLIMETRES
     scaled = _scaled_identity(len(displacements), unit)
-    found = _motion_residuals(settings, displacements, unit, scaled)
+    residuals = _motion_residuals(settings, displacements, unit, scaled)
     whole = path.grips(displacements)
-    found += [
+    residuals += [
         _orientation_residual(problem, unit[3:], path.block_ends(whole[1]), displacements, end)
         for end, oriented in enumerate(problem.goal.oriented)
         if oriented
     ]
     positions, orientations = (part[1:] for part in whole)
-    found += _distance_residuals(problem, settings, path.share, positions, orientations, reserve)
-    return found + _workspace_residuals(problem, path.share, positions)
+    residuals += _distance_residuals(
+        problem, settings, path.share, positions, orientations, reserve
+    )
+    return residuals + _workspace_residuals(problem, path.share, positions)
 
 
 def _scaled_identity(
@@ -117,7 +119,7 @@ def _distance_residuals(
     grippers = problem.grippers(positions, orientations)
     bodies = gripper_axis_distance(*grippers, limits.gripper_reach)
     spacing = axis_spacing(limits.gripper_radius, limits.keep_out)
-    found = []
+    residuals = []
     for apart, towards, least, most in (
         (distance, direction, limits.spacing + PATH_SPACING_MARGIN, longest),
         (*bodies, spacing + reserve, np.inf),
@@ -129,8 +131,8 @@ def _distance_residuals(
             pull = share[bad][:, :, None] * towards[bad][:, None, :]
             jacobian[:, :, 1, :3], jacobian[:, :, 0, :3] = pull, -pull
             weight = settings.grip_distance_weight * MILLIMETRES
-            found.append((weight * excess, weight * jacobian))
-    return found
+            residuals.append((weight * excess, weight * jacobian))
+    return residuals
 
 
 def _workspace_residuals(

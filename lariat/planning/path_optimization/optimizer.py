@@ -217,9 +217,9 @@ class PathOptimizer:
         )
         cost += (MILLIMETRES * s.support_weight) ** 2 * float(support_lack @ support_lack)
         points = self._gripper_points(displacements)
-        wanted = self._gripper_distance()
-        gripper = near_pairs(points, problem.solid, np.full(len(points), wanted))
-        gripper_lack = wanted - gripper.distances
+        gripper_distance = self._gripper_distance()
+        gripper = near_pairs(points, problem.solid, np.full(len(points), gripper_distance))
+        gripper_lack = gripper_distance - gripper.distances
         cost += (MILLIMETRES * s.clearance_weight) ** 2 * float(
             rope_lack @ rope_lack + swept.lacks @ swept.lacks + gripper_lack @ gripper_lack
         )
@@ -248,8 +248,8 @@ class PathOptimizer:
     def _gripper_distance(self) -> float:
         """Distance that the grippers' axes keep from obstacles [m]."""
         problem = self._problem
-        wanted = max(problem.clearance, problem.limits.keep_out) + self.reserve
-        return wanted + problem.limits.gripper_radius
+        clearance = max(problem.clearance, problem.limits.keep_out) + self.reserve
+        return clearance + problem.limits.gripper_radius
 
     def _rope_points(self, nodes: Float64[np.ndarray, "h n 3"]) -> Float64[np.ndarray, "t m 3"]:
         """Nodes and edge midpoints at the start, and after each step that moves [m]."""
@@ -265,9 +265,9 @@ class PathOptimizer:
     ) -> tuple[NearPairs, Float64[np.ndarray, "a"]]:
         """Points of the rope nearer to obstacles than their margin, and by how much."""
         reach = margins.ravel() + self._problem.radius
-        known = distances[:, 1:].reshape(len(obstacles), reach.size)
-        found = near_pairs(points[1:].reshape(-1, 3), obstacles, reach, known)
-        return found, reach[found.points] - found.distances
+        computed = distances[:, 1:].reshape(len(obstacles), reach.size)
+        pairs = near_pairs(points[1:].reshape(-1, 3), obstacles, reach, computed)
+        return pairs, reach[pairs.points] - pairs.distances
 
     def _gripper_points(self, displacements: BlockDisplacements) -> Float64[np.ndarray, "p 3"]:
         positions, orientations = self._path.grips(displacements)
@@ -277,11 +277,13 @@ class PathOptimizer:
     def _grip_residuals(
         self, displacements: BlockDisplacements
     ) -> list[tuple[np.ndarray, np.ndarray]]:
-        found = grip_residuals(
+        residuals = grip_residuals(
             self._problem, self.settings, self._path, displacements, self.reserve
         )
         return (
-            found if self._arms is None else found + self._arms.of_path(self._path, displacements)
+            residuals
+            if self._arms is None
+            else residuals + self._arms.of_path(self._path, displacements)
         )
 
     def _normal_equations(
@@ -364,20 +366,20 @@ class PathOptimizer:
         """Clearance of each point at each step; start and goal may be nearer to obstacles [m]."""
         problem, s = self._problem, self.settings
         steps = np.arange(s.blocks * s.steps_per_block)
-        wanted = problem.clearance + self.reserve + self._uncertainty
+        margins = problem.clearance + self.reserve + self._uncertainty
         for nodes, away in ((problem.state.positions, steps), (problem.goal.nodes, steps[::-1])):
             own = geometry.chain_clearance(nodes, problem.radius, obstacles)
             beyond = np.maximum(away / s.steps_per_block - s.end_blocks, 0.0)
             permitted = own - s.end_relaxation + s.clearance_gain * beyond
-            wanted = np.minimum(wanted, permitted[:, None])
-        return wanted
+            margins = np.minimum(margins, permitted[:, None])
+        return margins
 
 
 def _distances(
     points: Float64[np.ndarray, "t m 3"], obstacles: Sequence[Obstacle]
 ) -> Float64[np.ndarray, "o t m"]:
     """Signed distances of points from each obstacle [m]."""
-    found = np.zeros((len(obstacles), *points.shape[:-1]))
+    signed = np.zeros((len(obstacles), *points.shape[:-1]))
     for k, obstacle in enumerate(obstacles):
-        found[k] = geometry.signed_distance(points, obstacle)
-    return found
+        signed[k] = geometry.signed_distance(points, obstacle)
+    return signed

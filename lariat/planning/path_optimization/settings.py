@@ -70,5 +70,5 @@ class PathOptimizationSettings:
         Args:
             length: Motion of the grip that moves further, rotation included [m].
         """
-        wanted = math.ceil(length / self.block_length)
-        return replace(self, blocks=min(max(self.blocks, wanted), self.max_blocks))
+        needed = math.ceil(length / self.block_length)
+        return replace(self, blocks=min(max(self.blocks, needed), self.max_blocks))

@@ -53,7 +53,7 @@ def swept_pairs(
     """
     longest = sweep_step(radius, obstacles)
     moves = np.linalg.norm(np.diff(points, axis=0), axis=2)
-    found: list[tuple[np.ndarray, ...]] = []
+    columns: list[tuple[np.ndarray, ...]] = []
     for obstacle, distance in zip(obstacles, distances, strict=True):
         # A distance changes by at most the distance travelled: elsewhere no body lies in between.
         step, point = np.nonzero((distance[1:] + distance[:-1] < moves) & (moves > longest))
@@ -71,11 +71,11 @@ def swept_pairs(
         near = lack > 0.0
         if near.any():
             normals = outward_normals(places[near], obstacle)
-            found.append((step[near], point[near], share[near], lack[near], normals))
-    if not found:
+            columns.append((step[near], point[near], share[near], lack[near], normals))
+    if not columns:
         none = np.zeros(0, dtype=int)
         return SweptPairs(none, none, np.zeros(0), np.zeros(0), np.zeros((0, 3)))
     steps, indices, shares, lacks, normals = (
-        np.concatenate(column) for column in zip(*found, strict=True)
+        np.concatenate(column) for column in zip(*columns, strict=True)
     )
     return SweptPairs(steps, indices, shares, lacks, normals)

@@ -69,13 +69,13 @@ class GripMotion:
         cosine = np.sum(chord_a * chord_b, axis=-1) / np.maximum(far_a * far_b, 1e-12)
         angle = np.arccos(np.clip(cosine, -1.0, 1.0))
         share = 0.5 if self.moves[:, :3].all() else 1.0
-        found = np.linalg.norm(base_b - base_a, axis=-1)
-        found = found + share * (angle * np.maximum(far_a, far_b) + np.abs(far_b - far_a))
+        bound = np.linalg.norm(base_b - base_a, axis=-1)
+        bound = bound + share * (angle * np.maximum(far_a, far_b) + np.abs(far_b - far_a))
         if turning and self.moves[:, 3:].any():
             cosines = np.abs(np.sum(a.orientations * b.orientations, axis=-1))
             turned = 2.0 * np.arccos(np.clip(cosines, 0.0, 1.0))
-            found = found + self.lever * np.max(turned, axis=-1)
-        return found
+            bound = bound + self.lever * np.max(turned, axis=-1)
+        return bound
 
     def between(self, a: Grips, b: Grips, shares: Float64[np.ndarray, "k h"]) -> Grips:
         """Return the places at shares of the motions from `a` to `b`, (k h) of them.

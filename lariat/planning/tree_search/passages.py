@@ -75,11 +75,11 @@ def find_passages(
         shift = random.normal(scale=place_sigma, size=places.shape)
         moved = places + shift - np.sum(shift * along, axis=1, keepdims=True) * along
         turned = poses.normalized(along + random.normal(scale=direction_sigma, size=along.shape))
-        found = _room(problem, moved, turned, s)
-        better = (found > room) & (np.linalg.norm(moved - middle, axis=1) < s.max_shift)
+        new_room = _room(problem, moved, turned, s)
+        better = (new_room > room) & (np.linalg.norm(moved - middle, axis=1) < s.max_shift)
         places = np.where(better[:, None], moved, places)
         along = np.where(better[:, None], turned, along)
-        room = np.where(better, found, room)
+        room = np.where(better, new_room, room)
     fits = room > margin
     return _distinct(problem, places[fits], along[fits], s)
 
@@ -130,7 +130,7 @@ def _points_inside(
 ) -> Float64[np.ndarray, "p 3"]:
     """Random points inside the obstacles, as many in each [m]."""
     s = settings
-    found = []
+    inside = []
     for obstacle in problem.solid:
         if obstacle.shape == "half_space":
             # Just below its surface.
@@ -147,5 +147,5 @@ def _points_inside(
         near = np.all(
             (points > low - s.width_range[1]) & (points < high + s.width_range[1]), axis=1
         )
-        found.append(points[near & (signed_distance(points, obstacle) < 0.0)])
-    return np.concatenate(found) if found else np.zeros((0, 3))
+        inside.append(points[near & (signed_distance(points, obstacle) < 0.0)])
+    return np.concatenate(inside) if inside else np.zeros((0, 3))

@@ -44,9 +44,9 @@ class SagTable:
         first = np.minimum(row.astype(int), len(SHARES) - 2)
         column = np.clip(fractions, 0.0, 1.0) * (self._sags.shape[1] - 1)
         before = np.minimum(column.astype(int), self._sags.shape[1] - 2)
-        found = np.zeros(len(chords))
+        sag = np.zeros(len(chords))
         for i in (0, 1):
             for j in (0, 1):
                 weight = np.abs(1 - i - (row - first)) * np.abs(1 - j - (column - before))
-                found += weight * self._sags[first + i, before + j]
-        return level * found
+                sag += weight * self._sags[first + i, before + j]
+        return level * sag

@@ -111,13 +111,13 @@ class GripSampler:
             like: Grips from which a tree grows towards each sample.
         """
         s, random, count = self._settings, self._random, len(samples.middles)
-        found = self._motion.placed(samples.middles, samples.chords, like)
+        placed = self._motion.placed(samples.middles, samples.chords, like)
         rotates = self._motion.moves[:, 3:].any(axis=1)[None, :, None]
         tilts = random.normal(scale=s.tilt, size=(count, 2, 3))
         tilts *= (random.random((count, 1, 1)) < s.tilt_share) & rotates
-        turned = poses.multiply(poses.exponential(tilts), found.orientations)
-        axes = poses.rotate(found.orientations, np.broadcast_to(EDGE_AXIS, (count, 2, 3)))
+        turned = poses.multiply(poses.exponential(tilts), placed.orientations)
+        axes = poses.rotate(placed.orientations, np.broadcast_to(EDGE_AXIS, (count, 2, 3)))
         along = np.broadcast_to(poses.normalized(samples.chords)[:, None], axes.shape)
-        aligned = poses.multiply(poses.rotation_between(axes, along), found.orientations)
-        aligned = np.where(rotates, aligned, found.orientations)
-        return Grips(found.positions, np.where(samples.passing[:, None, None], aligned, turned))
+        aligned = poses.multiply(poses.rotation_between(axes, along), placed.orientations)
+        aligned = np.where(rotates, aligned, placed.orientations)
+        return Grips(placed.positions, np.where(samples.passing[:, None, None], aligned, turned))

@@ -71,8 +71,8 @@ class TreeSearch:
         self._problem, self._settings = problem, settings
         properties = problem.rod.properties
         least, most = settings.node_counts
-        wanted = 1 + round(properties.length / settings.edge_length)
-        count = min(int(np.clip(wanted, least, most)), problem.rod.node_count)
+        node_count = 1 + round(properties.length / settings.edge_length)
+        count = min(int(np.clip(node_count, least, most)), problem.rod.node_count)
         self._rod = Rod(properties, count, tolerance=ROD_TOLERANCE)
         self._supports = problem.packed_supports
         self._motion = GripMotion(problem.moves, properties.length / (2.0 * np.pi))
@@ -95,14 +95,14 @@ class TreeSearch:
     def run(self) -> TreePath:
         """Return the path found, or a path to the nearest shape that was reached."""
         s = self._settings
-        found = self._connect(0, np.array([0]))
+        path = self._connect(0, np.array([0]))
         for iteration in range(s.max_iterations):
-            if found is not None:
-                return self._path(True, self._shortened(found), self._goal.positions, iteration)
+            if path is not None:
+                return self._path(True, self._shortened(path), self._goal.positions, iteration)
             side = iteration % 2
             for grow in (self._thread, self._grow):
                 new = grow(side)
-                found = self._connect(side, new) if found is None and len(new) else found
+                path = self._connect(side, new) if path is None and len(new) else path
         near, tree = self._problem.goal.nodes, self._trees[0]
         coarse = polylines.resample_smooth(near, self._rod.node_count)
         index = int(np.argmin(tree.mean_distances(coarse)))
@@ -203,9 +203,9 @@ class TreeSearch:
         for _ in range(s.max_connection_extensions):
             last, arrived = self._extend(1 - side, here, tree.grips[new])
             for node, at in zip(new[arrived], last[arrived], strict=True):
-                found = self._joined(side, int(node), int(at))
-                if found is not None:
-                    return found
+                path = self._joined(side, int(node), int(at))
+                if path is not None:
+                    return path
             going = (last != here) & ~arrived
             if not going.any():
                 break
@@ -356,9 +356,9 @@ def pose_displacements(
         blocks: Number of blocks.
     """
     at = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, 1e-9))])
-    wanted = np.linspace(0.0, at[-1], blocks + 1)
-    before = np.clip(np.searchsorted(at, wanted, side="right") - 1, 0, len(lengths) - 1)
-    share = ((wanted - at[before]) / (at[before + 1] - at[before]))[:, None, None]
+    block_ends = np.linspace(0.0, at[-1], blocks + 1)
+    before = np.clip(np.searchsorted(at, block_ends, side="right") - 1, 0, len(lengths) - 1)
+    share = ((block_ends - at[before]) / (at[before + 1] - at[before]))[:, None, None]
     positions, q = grips.positions, grips.orientations
     places = (1.0 - share) * positions[before] + share * positions[before + 1]
     turn = poses.logarithm(poses.multiply(q[before + 1], poses.conjugate(q[before])))

@@ -55,23 +55,26 @@ class ShapeCheck:
         """
         limits, s = self._problem.limits, self._settings
         rope, body = self._distances(nodes, grips)
-        wanted, wanted_body = np.full(len(nodes), self._clearance), np.full(len(nodes), self._body)
+        least_rope, least_body = (
+            np.full(len(nodes), self._clearance),
+            np.full(len(nodes), self._body),
+        )
         apart, bodies = self._spacings(grips)
         spacing = np.full(len(nodes), limits.spacing + PATH_SPACING_MARGIN)
         body_spacing = np.full(len(nodes), self._spacing)
         for end, own, own_body, own_apart, own_bodies in self._ends:
             away = np.linalg.norm(nodes - end, axis=2).max(axis=1)
             more = s.relaxation_slope * away - s.start_relaxation
-            wanted = np.minimum(wanted, own + more)
-            wanted_body = np.minimum(wanted_body, own_body + more)
+            least_rope = np.minimum(least_rope, own + more)
+            least_body = np.minimum(least_body, own_body + more)
             spacing = np.minimum(spacing, own_apart + more)
             body_spacing = np.minimum(body_spacing, own_bodies + more)
         low, high = np.array(limits.workspace)
         margin = PATH_WORKSPACE_MARGIN
         inside = (grips.positions >= low + margin) & (grips.positions <= high - margin)
         return (
-            (rope >= wanted)
-            & (body >= wanted_body)
+            (rope >= least_rope)
+            & (body >= least_body)
             & (apart >= spacing)
             & (apart <= self._longest)
             & (bodies >= body_spacing)

@@ -66,10 +66,10 @@ class ShapeTree:
 
     def branch(self, index: int) -> list[int]:
         """Return the nodes from the root to a node."""
-        found = [index]
-        while self._parents[found[-1]] >= 0:
-            found.append(self._parents[found[-1]])
-        return found[::-1]
+        nodes = [index]
+        while self._parents[nodes[-1]] >= 0:
+            nodes.append(self._parents[nodes[-1]])
+        return nodes[::-1]
 
     def mean_distances(self, nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "k"]:
         """Return the mean node distance of each shape from another one [m]."""

@@ -109,7 +109,7 @@ def test_sigma_of_hidden_nodes_covers_other_shapes_whatever_the_prior_claims() -
         prior = ShapePrior(nodes, np.full(len(nodes), 3e-4))
         estimate = estimator.estimate(frame.color, frame.depth, *grips(nodes), prior)
         others = occlusion_uncertainty(
-            estimate.positions, edge, estimate.observed, held=(True, True)
+            estimate.positions, edge, estimate.observed, gripped=(True, True)
         )
         assert np.max(others) > 0.0015
         assert np.all(estimate.sigma >= 0.95 * others)

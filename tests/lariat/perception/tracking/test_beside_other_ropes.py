@@ -74,7 +74,7 @@ def test_a_rope_that_is_known_to_lie_on_ours_does_not_draw_the_chain_to_it() -> 
     prior = ShapePrior(nodes, np.full(len(nodes), 0.004))
     estimator = CenterlineEstimator(CAMERA, ROPE)
     unknown, known = (
-        estimator.estimate(frame.color, frame.depth, *grips(nodes), prior, known=lines)
+        estimator.estimate(frame.color, frame.depth, *grips(nodes), prior, expected_others=lines)
         for lines in ((), (line,))
     )
     errors = [np.mean(np.linalg.norm(e.positions - nodes, axis=1)) for e in (unknown, known)]

@@ -204,23 +204,23 @@ class Outbox:
             answers.append(("launcher", stack.last_request, stack.refusal))
         if scene is not None:
             answers.append(("perception", scene.last_request, scene.refusal))
-        found = []
+        notices = []
         for receiver, answered_id, refusal in answers:
             session, _, number = answered_id.rpartition("-")
             if session != self._session or not number.isdigit():
                 continue
             for request in [r for r in self._pending if r.receiver == receiver]:
                 if request.id == answered_id and refusal:
-                    found.append(Notification(f"{request.label}: refused", refusal))
+                    notices.append(Notification(f"{request.label}: refused", refusal))
                 # Requests are handled in order, and a state names only the last one.
                 if request.number <= int(number):
                     self._pending.remove(request)
         for request in [r for r in self._pending if now - r.sent > ANSWER_TIMEOUT]:
-            found.append(
+            notices.append(
                 Notification(
                     f"{request.label}: no answer",
                     f"The {request.receiver} has not answered for {ANSWER_TIMEOUT // SECOND} s.",
                 )
             )
             self._pending.remove(request)
-        return found
+        return notices

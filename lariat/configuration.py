@@ -90,13 +90,13 @@ class Extensible:
         Raises:
             ConfigurationError: It is neither a known name nor of the form `package.module:Class`.
         """
-        known = [*self.included, *(point.name for point in entry_points(group=self.group))]
+        names = [*self.included, *(point.name for point in entry_points(group=self.group))]
         module, colon, attribute = name.partition(":")
         parts = [*module.split("."), attribute] if colon else []
-        if name in known or (colon and all(part.isidentifier() for part in parts)):
+        if name in names or (colon and all(part.isidentifier() for part in parts)):
             return
-        hint = did_you_mean(name, known) or " or give 'package.module:Class'"
-        options = ", ".join(repr(each) for each in known)
+        hint = did_you_mean(name, names) or " or give 'package.module:Class'"
+        options = ", ".join(repr(each) for each in names)
         raise ConfigurationError(f"{key} = {name!r} is not one of {options};{hint}")
 
 
@@ -114,12 +114,12 @@ def read(kind: type[T], table: Mapping[str, Any], path: str = "") -> T:
             bounds.
     """
     hints = get_type_hints(kind, include_extras=True)
-    known = {f.name: f for f in fields(kind)}  # pyright: ignore[reportArgumentType]
+    known_fields = {f.name: f for f in fields(kind)}  # pyright: ignore[reportArgumentType]
     for key in table:
-        if key not in known:
-            raise ConfigurationError(_unknown(key, list(known), path))
+        if key not in known_fields:
+            raise ConfigurationError(_unknown(key, list(known_fields), path))
     values = {}
-    for name, item in known.items():
+    for name, item in known_fields.items():
         key = f"{path}.{name}" if path else name
         if name in table:
             values[name] = _value(hints[name], table[name], key)
@@ -155,8 +155,8 @@ def parse_value(text: str) -> Any:
         return text
 
 
-def _unknown(key: str, known: list[str], path: str) -> str:
-    hint = did_you_mean(key, known) or f" known keys: {', '.join(known)}"
+def _unknown(key: str, keys: list[str], path: str) -> str:
+    hint = did_you_mean(key, keys) or f" known keys: {', '.join(keys)}"
     return f"unknown key {key!r} in [{path or 'top level'}];{hint}"
 
 

@@ -8,9 +8,9 @@ from contextlib import suppress
 from pathlib import Path
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
+def did_you_mean(word: str, words: Iterable[str]) -> str:
     """Return ` did you mean 'WORD'?` for the known word most like a given one, or nothing."""
-    names = list(known)
+    names = list(words)
     close = difflib.get_close_matches(word, names, n=1)
     # A word that was cut short is further from its whole than a typing error.
     close = close or [name for name in names if word and name.startswith(word)][:1]

@@ -142,12 +142,12 @@ class CountedStretch:
                 f"{1e3 * MAX_PART * length:g} mm, or all of it: 0 and {1e3 * length:g} mm."
             )
         at = np.linspace(0.0, length, count)
-        held = int(np.sum((at >= begin - EQUAL) & (at <= end + EQUAL)))
-        if held < MIN_PART_NODES:
+        node_count = int(np.sum((at >= begin - EQUAL) & (at <= end + EQUAL)))
+        if node_count < MIN_PART_NODES:
             least = 1e3 * length / (count - 1) * MIN_PART_NODES
             return (
-                f"What counts holds {held} of the rope's nodes, which make no shape; give at least "
-                f"{np.ceil(least):.0f} mm."
+                f"What counts holds {node_count} of the rope's nodes, which make no shape; give at "
+                f"least {np.ceil(least):.0f} mm."
             )
         return ""
 

@@ -76,8 +76,8 @@ class GoalShortcuts:
             if task.goal_revision != self._revision and task.goal.positions:
                 self._revision = task.goal_revision
                 self._remember(goal_of(task.goal))
-        known = rope is not None and not rope.lost and arms is not None and poses_known(arms)
-        for button, applies in ((self._present, known), (self._undo, len(self._goals) > 1)):
+        is_known = rope is not None and not rope.lost and arms is not None and poses_known(arms)
+        for button, applies in ((self._present, is_known), (self._undo, len(self._goals) > 1)):
             if button.visible != (applies and not editing):
                 button.visible = applies and not editing
 

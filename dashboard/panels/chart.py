@@ -164,9 +164,9 @@ def overlay(curves: Sequence[Curve]) -> tuple[np.ndarray, ...]:
         curves: Times [s] and values of each curve.
     """
     finite = [(t, values, np.isfinite(values)) for t, values in curves]
-    known = [(t[mask], values[mask]) for t, values, mask in finite if np.any(mask)]
-    times = np.unique(np.concatenate([np.zeros(0), *(t for t, _ in known)]))
-    if not known:
+    drawn = [(t[mask], values[mask]) for t, values, mask in finite if np.any(mask)]
+    times = np.unique(np.concatenate([np.zeros(0), *(t for t, _ in drawn)]))
+    if not drawn:
         nothing = np.array([0.0, np.nan])
         return np.array([0.0, EMPTY_CHART_SPAN]), *[nothing] * max(len(curves), 1)
     rows = [

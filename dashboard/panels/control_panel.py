@@ -46,10 +46,10 @@ class ControlPanel:
         """Values that people have chosen and that are not yet sent, by key."""
         self._sent_time = 0
         gui.add_html(note_html(INTRODUCTION))
-        known = {f.key: f for fields in sections(scenario).values() for f in fields}
+        by_key = {f.key: f for fields in sections(scenario).values() for f in fields}
         keys = [key for key in live_keys(scenario.control) if key != ADAPT]
-        self._defaults = {key: float(parse_value(known[f"control.{key}"].value)) for key in keys}
-        self._fields = {key: _add(gui, known[f"control.{key}"]) for key in keys}
+        self._defaults = {key: float(parse_value(by_key[f"control.{key}"].value)) for key in keys}
+        self._fields = {key: _add(gui, by_key[f"control.{key}"]) for key in keys}
         for key, handle in self._fields.items():
             handle.on_update(partial(self._take, actions, key))
         self._reset = gui.add_button(

@@ -35,11 +35,11 @@ class ObstacleView:
         for name in [n for n in self._drawn if n not in names]:
             self._erase(name)
         for obstacle in obstacles:
-            known = self._drawn.get(obstacle.name)
-            if known is not None and known[0].moved(obstacle.position) == obstacle:
-                self._move(known[1], known[0].position, obstacle)
-                self._drawn[obstacle.name] = (obstacle, known[1])
-            elif known is None or known[0] != obstacle:
+            drawn = self._drawn.get(obstacle.name)
+            if drawn is not None and drawn[0].moved(obstacle.position) == obstacle:
+                self._move(drawn[1], drawn[0].position, obstacle)
+                self._drawn[obstacle.name] = (obstacle, drawn[1])
+            elif drawn is None or drawn[0] != obstacle:
                 self._erase(obstacle.name)
                 self._drawn[obstacle.name] = (obstacle, self._draw(obstacle))
 

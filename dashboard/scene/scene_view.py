@@ -194,7 +194,7 @@ class SceneView:
         self._prediction.hide()
         self._path.hide()
 
-    def hide_all_but(self, known: Callable[[Topic], bool]) -> None:
+    def hide_all_but(self, is_known: Callable[[Topic], bool]) -> None:
         """Hide ropes, prediction and path of which nothing is known, until something is."""
         for topic, view in (
             (topics.ROPE_NODES, self._rope),
@@ -202,7 +202,7 @@ class SceneView:
             (topics.CONTROLLER_PLAN, self._prediction),
             (topics.CONTROLLER_PATH, self._path),
         ):
-            if not known(topic):
+            if not is_known(topic):
                 view.hide()
 
     def show_arms(self, message: ArmStates) -> None:

@@ -141,7 +141,7 @@ def _corners(words: Sequence[str], count: int) -> list[int]:
     Raises:
         ValueError: There is no such vertex.
     """
-    found = []
+    indices = []
     for word in words:
         try:
             index = int(word.split("/")[0])
@@ -149,5 +149,5 @@ def _corners(words: Sequence[str], count: int) -> list[int]:
             raise ValueError(f"a face names {word[:60]!r}, which is no vertex") from error
         if not (0 < index <= count or -count <= index < 0):
             raise ValueError(f"a face names vertex {index} of {count}")
-        found.append(index - 1 if index > 0 else count + index)
-    return found
+        indices.append(index - 1 if index > 0 else count + index)
+    return indices

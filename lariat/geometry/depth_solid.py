@@ -130,13 +130,13 @@ class DepthSolid:
         back = self._back(pixels)
         free = seen & (depth < np.minimum(self._front[index[:, 1], index[:, 0]], back))
         border = self._border()
-        found = np.zeros(len(points))
+        distances = np.zeros(len(points))
         which = np.flatnonzero(free)
         for k in range(0, len(which), CHUNK):
             rows = which[k : k + CHUNK]
             squares = np.sum((points[rows, None] - border) ** 2, axis=2)
-            found[rows] = np.sqrt(squares.min(axis=1))
-        return found
+            distances[rows] = np.sqrt(squares.min(axis=1))
+        return distances
 
     def _back(self, pixels: Float64[np.ndarray, "*b 2"]) -> Float64[np.ndarray, "*b"]:
         """Depth at which the solid ends along the rays of pixels [m]."""

@@ -129,8 +129,8 @@ def _cut_that_saves_most(part: _Part, distance: MeshDistance) -> tuple[_Part, ..
     middle = 0.5 * (along.min(axis=0) + along.max(axis=0))
     middles = [(0.0, part.frame[:, k], float(middle[k])) for k in range(3)]
     likely = sorted(cuts, key=lambda cut: cut[0])[:FULLY_TRIED_CUTS]
-    found = [_cut(part, distance, axis, level) for _, axis, level in likely + middles]
-    return min(filter(None, found), key=lambda h: sum(volume(p.body) for p in h), default=())
+    halves = [_cut(part, distance, axis, level) for _, axis, level in likely + middles]
+    return min(filter(None, halves), key=lambda h: sum(volume(p.body) for p in h), default=())
 
 
 def _cut(

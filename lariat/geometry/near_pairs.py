@@ -37,7 +37,7 @@ def near_pairs(
     points: Float64[np.ndarray, "p 3"],
     obstacles: Sequence[Obstacle],
     reach: Float64[np.ndarray, "p"],
-    known: Float64[np.ndarray, "o p"] | None = None,
+    computed: Float64[np.ndarray, "o p"] | None = None,
 ) -> NearPairs:
     """Return all pairs of a point and an obstacle closer than the reach of the point.
 
@@ -47,7 +47,7 @@ def near_pairs(
         points: Points in the world frame [m].
         obstacles: Obstacles of the scene.
         reach: Distance below which a pair is returned, for each point [m].
-        known: Signed distances of all points from each obstacle, where they are known already [m].
+        computed: Signed distances of all points from each obstacle, where they are known already [m].
     """
     indices, distances, outward = [], [], []
     if not len(points):
@@ -56,7 +56,7 @@ def near_pairs(
     for k, obstacle in enumerate(obstacles):
         if out_of_reach(box, obstacle, farthest):
             continue
-        distance = signed_distance(points, obstacle) if known is None else known[k]
+        distance = signed_distance(points, obstacle) if computed is None else computed[k]
         (inside,) = np.nonzero(distance < reach)
         if len(inside):
             indices.append(inside)

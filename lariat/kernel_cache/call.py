@@ -112,15 +112,15 @@ class CompiledKernel:
         Raises:
             TypeError: An argument is another one than the kernel takes, or an array lacks.
         """
-        given, count = len(arguments), len(self._kinds)
-        if given > count or any(self._packs[given:]):
-            raise TypeError(f"expected all arrays of {count} arguments, got {given} arguments")
+        passed, count = len(arguments), len(self._kinds)
+        if passed > count or any(self._packs[passed:]):
+            raise TypeError(f"expected all arrays of {count} arguments, got {passed} arguments")
         values = [
             value if pack is None else pack(value)
             for pack, value in zip(self._packs, arguments, strict=False)
         ]
         packed = self._arguments(*values)
-        names = tuple(f"a{k}" for k in range(given, count))
+        names = tuple(f"a{k}" for k in range(passed, count))
         return PreparedCall(self.bind(packed, *arguments), packed, names)
 
     def bind(self, arguments: ctypes.Structure, *memory: object) -> Callable[[], object]:

@@ -96,8 +96,8 @@ def target() -> tuple[str, str]:
 
 def files(source: KernelSource) -> list[Path]:
     """Return the files of Python source that a kernel is compiled from."""
-    found: list[Path] = []
+    paths: list[Path] = []
     for module in source.all_modules:
         path = source.root.joinpath(*module.split("."))
-        found += path.rglob("*.py") if path.is_dir() else [path.with_suffix(".py")]
-    return found
+        paths += path.rglob("*.py") if path.is_dir() else [path.with_suffix(".py")]
+    return paths

@@ -66,8 +66,8 @@ class PaperAdaptation:
         """Always true: a rope that stands still gives this method no information."""
         self._rod, self._settings = rod, settings
         # Logarithms relative to the given parameters, and the damping factors themselves.
-        given = [0.0 if n in _LOGARITHMIC else getattr(rod.properties, n) for n in PARAMETERS]
-        self._values = torch.tensor(given, dtype=torch.float64)
+        start = [0.0 if n in _LOGARITHMIC else getattr(rod.properties, n) for n in PARAMETERS]
+        self._values = torch.tensor(start, dtype=torch.float64)
         self._optimizer = torch.optim.Adam([self._values], lr=ADAM_RATE)
         self._start: _HorizonStart | None = None
 

@@ -106,5 +106,5 @@ class Network:
     ) -> Float64[np.ndarray, "h n 3"]:
         """Gradient of the loss with respect to the nodes before each step, through the network."""
         seed = torch.tensor(gradient, dtype=torch.float32)
-        (found,) = torch.autograd.grad(self._outputs, self._inputs, seed, retain_graph=True)
-        return found.double().numpy()
+        (by_nodes,) = torch.autograd.grad(self._outputs, self._inputs, seed, retain_graph=True)
+        return by_nodes.double().numpy()

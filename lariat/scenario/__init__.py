@@ -94,16 +94,16 @@ def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:
 
 def _rope_between_grips(scenario: Scenario) -> Rope:
     """Return the rope without what lies in the grippers."""
-    held, rope = scenario.held_length, scenario.rope
+    held_length, rope = scenario.held_length, scenario.rope
     for key, length in (("rope", rope.length), ("plant.rope", scenario.plant.rope.length)):
-        if length is not None and held > MAX_HELD_SHARE * length:
+        if length is not None and held_length > MAX_HELD_SHARE * length:
             raise ConfigurationError(
-                f"ends.left.grip_length + ends.right.grip_length = {held:g} m is more than "
+                f"ends.left.grip_length + ends.right.grip_length = {held_length:g} m is more than "
                 f"{MAX_HELD_SHARE:g} of {key}.length = {length:g} m; the length of a rope includes "
                 "what lies in its grippers"
             )
     try:
-        return replace(rope, length=rope.length - held)
+        return replace(rope, length=rope.length - held_length)
     except ValueError as error:
         raise ConfigurationError(f"[rope] between its grips: {error}") from error
 

@@ -141,8 +141,8 @@ def check_part(scenario: Scenario, key: str, part: tuple[float, float]) -> None:
     Raises:
         ConfigurationError: It does not.
     """
-    length, wanted = scenario.rope.length, part[1] - part[0]
-    if part[1] > length or wanted > MAX_PART * length:
+    length, part_length = scenario.rope.length, part[1] - part[0]
+    if part[1] > length or part_length > MAX_PART * length:
         raise ConfigurationError(
             f"{key}.part = {list(part)} m is more than {MAX_PART:g} of a rope of {length} m, or "
             "beyond its end; without part, the whole rope counts"
@@ -150,10 +150,10 @@ def check_part(scenario: Scenario, key: str, part: tuple[float, float]) -> None:
 
 
 def _check_part_length(key: str, part: tuple[float, float], part_length: float) -> None:
-    wanted = part[1] - part[0]
-    if abs(part_length - wanted) > MAX_LENGTH_ERROR * wanted:
+    stated = part[1] - part[0]
+    if abs(part_length - stated) > MAX_LENGTH_ERROR * stated:
         raise ConfigurationError(
-            f"{key}.nodes is {part_length:.4f} m long, {key}.part {wanted:.4f} m; scale the shape "
+            f"{key}.nodes is {part_length:.4f} m long, {key}.part {stated:.4f} m; scale the shape "
             "or correct the part"
         )
 

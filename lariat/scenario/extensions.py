@@ -71,7 +71,7 @@ class Extension:
         if here not in sys.path and "" not in sys.path:
             sys.path.append(here)
         try:
-            found = getattr(importlib.import_module(module), attribute)
+            imported = getattr(importlib.import_module(module), attribute)
         except ModuleNotFoundError as error:
             raise ConfigurationError(
                 f"{self.key} = {self.name!r}: no module {error.name!r}; install its package, or "
@@ -83,9 +83,9 @@ class Extension:
             raise ConfigurationError(
                 f"{self.key} = {self.name!r}: its module raised {_place_of(error)}"
             ) from error
-        if not isinstance(found, type):
+        if not isinstance(imported, type):
             raise ConfigurationError(f"{self.key} = {self.name!r} is no class")
-        return found
+        return imported
 
     def create(self, members: Sequence[str], setup: object) -> Any:
         """Import the class and return an instance.
@@ -176,7 +176,7 @@ def extensions_of(scenario: Any) -> tuple[Extension, ...]:
         extension("sensing.method", scenario.sensing.method, PERCEPTION_METHODS),
         *(extension(f"ends.{s}.driver", scenario.end(s).driver, DRIVERS) for s in SIDES),
     ]
-    return tuple(found for found in named if found is not None)
+    return tuple(each for each in named if each is not None)
 
 
 def require_allowed(scenario: Any, allowed: Sequence[str]) -> None:
@@ -189,11 +189,11 @@ def require_allowed(scenario: Any, allowed: Sequence[str]) -> None:
     Raises:
         ConfigurationError: It names a class that is not allowed.
     """
-    for found in extensions_of(scenario):
-        if found.name not in allowed:
+    for named in extensions_of(scenario):
+        if named.name not in allowed:
             raise ConfigurationError(
-                f"the recording names {found.key} = {found.name!r}, code from outside of Lariat; "
-                f"if you trust it, allow it with --allow {found.name}"
+                f"the recording names {named.key} = {named.name!r}, code from outside of Lariat; "
+                f"if you trust it, allow it with --allow {named.name}"
             )
 
 

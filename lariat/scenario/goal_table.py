@@ -92,16 +92,16 @@ def length_fault(nodes: Float64[np.ndarray, "n 3"], rope_length: float, toleranc
 
 
 def grip_orientation(
-    direction: np.ndarray, given: Quaternion | None = None
+    direction: np.ndarray, orientation: Quaternion | None = None
 ) -> Float64[np.ndarray, "4"]:
     """Return the orientation of a grip: the given one, else along the rope by the least rotation.
 
     Args:
         direction: Unit vector along the rope, from the left to the right.
-        given: Orientation; None for that along the rope.
+        orientation: Orientation; None for that along the rope.
     """
-    if given is not None:
-        return poses.normalized(np.array(given))
+    if orientation is not None:
+        return poses.normalized(np.array(orientation))
     return poses.multiply(poses.rotation_between(np.array([1.0, 0.0, 0.0]), direction), LEVEL_GRIP)
 
 
@@ -114,17 +114,17 @@ def read_goal(content: bytes, scale: float = 1.0) -> Goal:
     nodes = read_nodes(content, scale)
     shape = read_entry(decode_text(content)) or Shape(nodes=nodes)
     ends = nodes[[0, -1]] if shape.line is None else np.array(shape.line)
-    given = shape.left_orientation, shape.right_orientation
+    orientations = shape.left_orientation, shape.right_orientation
     left, right = (
         Pose(position, grip_orientation(tangent, orientation))
         for position, tangent, orientation in zip(
-            ends, polylines.end_tangents(nodes), given, strict=True
+            ends, polylines.end_tangents(nodes), orientations, strict=True
         )
     )
     goal = Goal(nodes, left, right, **shape.terms)
     if shape.part is not None:
         return goal
-    oriented = [orientation is not None for orientation in given]
+    oriented = [orientation is not None for orientation in orientations]
     return replace(goal, left_oriented=oriented[0], right_oriented=oriented[1])
 
 
@@ -137,7 +137,7 @@ def goal_table(goal: Goal, name: str, scenario: str) -> str:
         scenario: Name of its scenario.
     """
     # The grips of a part's goal are those of one shape of many whose part is this.
-    oriented = [s for s, given in zip(SIDES, goal.oriented, strict=True) if given and not goal.part]
+    oriented = [s for s, fixed in zip(SIDES, goal.oriented, strict=True) if fixed and not goal.part]
     entry = goal.entry(oriented, f"{name}.csv")
     rows = "".join(f"{x:.6f},{y:.6f},{z:.6f}\n" for x, y, z in goal.nodes)
     return (

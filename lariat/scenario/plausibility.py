@@ -164,13 +164,13 @@ def _remedy(
     cures: list[tuple[_Value, Callable[[float], float]]], bounds: tuple[float, float]
 ) -> str:
     """Return the values that would be plausible and differ by a power of ten."""
-    found = []
+    remedies = []
     for value, effect in cures:
         factor = next((f for f in FACTORS if _within(effect(f), bounds)), None)
         if factor is not None:
-            found.append(f"{value.key} = {value.value * factor:g} {value.unit}")
+            remedies.append(f"{value.key} = {value.value * factor:g} {value.unit}")
     keys = " and ".join(value.key for value, _ in cures)
-    return f"did you mean {' or '.join(found)}?" if found else f"check {keys}"
+    return f"did you mean {' or '.join(remedies)}?" if remedies else f"check {keys}"
 
 
 def _within(value: float, bounds: tuple[float, float]) -> bool:

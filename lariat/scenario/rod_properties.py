@@ -11,7 +11,7 @@ from lariat.scenario.sections import Rope
 def rod_properties(rope: Rope) -> RodProperties:
     """Return the properties of the rod that models a rope."""
     own = {field.name for field in fields(RodProperties)}
-    given = {k: v for k, v in vars(rope).items() if k in own and v is not None}
+    properties = {k: v for k, v in vars(rope).items() if k in own and v is not None}
     if rope.bending_radius is not None:
-        given["yield_curvature"] = 1.0 / rope.bending_radius
-    return RodProperties(**given)
+        properties["yield_curvature"] = 1.0 / rope.bending_radius
+    return RodProperties(**properties)

@@ -149,12 +149,12 @@ class Scenario:
         """Rope of the simulation between its grips: `rope` with the differences in `plant.rope`."""
         hidden = self.plant.rope
         own = vars(self.rope) | {"node_count": PLANT_EDGES * (self.rope.node_count - 1) + 1}
-        given = {k: v for k, v in vars(hidden).items() if k in own and v is not None}
+        differences = {k: v for k, v in vars(hidden).items() if k in own and v is not None}
         if hidden.length is not None:
-            given["length"] = hidden.length - self.held_length
+            differences["length"] = hidden.length - self.held_length
         if hidden.yield_curvature or hidden.bending_radius:
             own |= {"yield_curvature": None, "bending_radius": None}
-        return Rope(**own | given)
+        return Rope(**own | differences)
 
     @property
     def live(self) -> Scenario:

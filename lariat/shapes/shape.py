@@ -161,9 +161,9 @@ class BodyShape(ABC):
         for _ in range(BRACKETS):
             at = low[:, None] + width * shares
             points = begins[:, None] + at[..., None] * steps[:, None]
-            found = self.distance(sizes[..., None, :], points)
-            least = np.minimum(least, found.min(axis=1))
-            best = np.clip(np.argmin(found, axis=1) - 1, 0, len(shares) - 3)
+            distances = self.distance(sizes[..., None, :], points)
+            least = np.minimum(least, distances.min(axis=1))
+            best = np.clip(np.argmin(distances, axis=1) - 1, 0, len(shares) - 3)
             low = low + width * shares[best]
             width /= NARROWING
         return self.distance(sizes, begins) < 0.0, least < 0.0

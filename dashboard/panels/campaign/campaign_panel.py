@@ -145,7 +145,7 @@ class CampaignPanel:
         ):
             if button.disabled != disabled:
                 button.disabled = disabled
-        if campaign is None or ((known := self._campaign) and known.stamp == campaign.stamp):
+        if campaign is None or ((shown := self._campaign) and shown.stamp == campaign.stamp):
             return
         self._campaign = campaign
         self._download.disabled = False
@@ -164,15 +164,15 @@ class CampaignPanel:
         Raises:
             ConfigurationError: A value is not valid, or a setting is chosen twice.
         """
-        found = []
+        variations = []
         for each in self._variations:
             if each.key.value == NOTHING:
                 continue
-            if each.key.value in [variation.key for variation in found]:
+            if each.key.value in [variation.key for variation in variations]:
                 raise ConfigurationError(f"{each.key.value} is chosen twice")
             field = self._fields[each.key.value]
-            found.append(Variation(key=field.key, values=values_of(field, each.values.value)))
-        return found
+            variations.append(Variation(key=field.key, values=values_of(field, each.values.value)))
+        return variations
 
     def _show_summary(self) -> None:
         self._problem = ""

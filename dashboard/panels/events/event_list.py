@@ -138,11 +138,11 @@ class EventList:
             level: Least level.
             words: Text that source or text must contain, in any case; empty for all.
         """
-        wanted = words.casefold()
+        pattern = words.casefold()
         return [
             event
             for event in reversed(self._events)
-            if event.level >= level and wanted in f"{event.source} {event.text}".casefold()
+            if event.level >= level and pattern in f"{event.source} {event.text}".casefold()
         ]
 
     def _add(self, event: Event) -> None:

@@ -35,8 +35,8 @@ def verdict(run: RunSummary) -> str:
 
 def matching(runs: Iterable[RunSummary], words: str) -> list[RunSummary]:
     """Return runs whose scenario, verdict, reason, method, note or time has all the words."""
-    wanted = words.lower().split()
-    return [run for run in runs if all(word in _words(run) for word in wanted)]
+    search = words.lower().split()
+    return [run for run in runs if all(word in _words(run) for word in search)]
 
 
 def _words(run: RunSummary) -> str:

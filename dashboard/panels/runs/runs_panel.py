@@ -140,12 +140,12 @@ class RunsPanel:
         if runs is None or runs.stamp == self._stamp:
             return
         self._stamp = runs.stamp
-        found = {run.id: run for run in runs.runs}
-        if found == self._runs:
+        by_id = {run.id: run for run in runs.runs}
+        if by_id == self._runs:
             return
-        self._runs = found
+        self._runs = by_id
         self._ids = {label(run): run.id for run in runs.runs}
-        self._compared = [id for id in self._compared if id in found]
+        self._compared = [id for id in self._compared if id in by_id]
         self._show_options()
         self._draw()
 
@@ -273,10 +273,10 @@ class RunsPanel:
             button.on_click(lambda _: modal.close())
 
     def _draw(self) -> None:
-        known: Sequence[RunCurves] = [
+        loaded: Sequence[RunCurves] = [
             self._curves[id] for id in self._compared if id in self._curves
         ]
-        shown = [(curves.run, label(self._runs[curves.run])) for curves in known]
+        shown = [(curves.run, label(self._runs[curves.run])) for curves in loaded]
         if shown == self._shown_curves:
             return
         self._shown_curves = shown
@@ -288,7 +288,7 @@ class RunsPanel:
                     self._gui,
                     f"{column.capitalize()} [mm]",
                     [name for _, name in shown],
-                    [_curve(curves, column) for curves in known],
+                    [_curve(curves, column) for curves in loaded],
                 )
                 for column in ("error", "clearance")
             )

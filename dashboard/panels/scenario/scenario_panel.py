@@ -251,12 +251,12 @@ def _real_arms(content: bytes) -> list[str]:
         ValueError: It is no TOML.
     """
     ends = parse_toml(content.decode()).get("ends")
-    found = set()
+    addresses = set()
     for side in SIDES:
         end = ends.get(side) if isinstance(ends, dict) else None
         if isinstance(end, dict) and isinstance(address := end.get("address"), str) and address:
-            found.add(address)
-    return sorted(found)
+            addresses.add(address)
+    return sorted(addresses)
 
 
 def status_html(stack: StackState, saved: str = "") -> str:

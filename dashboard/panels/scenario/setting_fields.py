@@ -76,9 +76,9 @@ def sections(scenario: Scenario) -> dict[str, tuple[SettingField, ...]]:
     number of them.
     """
     table = parse_toml(scenario.text)
-    found = dict(_sections(Scenario, table, ""))
-    first = [key for key in FIRST_SECTIONS if key in found]
-    return {key: found[key] for key in (*first, *(k for k in found if k not in first))}
+    by_section = dict(_sections(Scenario, table, ""))
+    first = [key for key in FIRST_SECTIONS if key in by_section]
+    return {key: by_section[key] for key in (*first, *(k for k in by_section if k not in first))}
 
 
 def _sections(

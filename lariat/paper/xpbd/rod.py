@@ -124,8 +124,8 @@ class XpbdRod:
         """
         buffers = prepare(self.model, self._constants, self._pool, spec, with_tape=False)
         launch(buffers, forward=True, backward=False)
-        found = [read_rollout(buffers, b) for b in range(len(spec.states))]
-        return found if spec.is_batch else found[0]
+        rollouts = [read_rollout(buffers, b) for b in range(len(spec.states))]
+        return rollouts if spec.is_batch else rollouts[0]
 
     @overload
     def gradient(
@@ -173,8 +173,8 @@ class XpbdRod:
         seed = np.asarray(seed, float)
         write_adjoint_seed(buffers, seed if spec.is_batch else seed[None])
         launch(buffers, forward=not callable(d_cost_d_positions), backward=True)
-        found = [read_gradient(buffers, b, parameters) for b in range(len(spec.states))]
-        return found if spec.is_batch else found[0]
+        gradients = [read_gradient(buffers, b, parameters) for b in range(len(spec.states))]
+        return gradients if spec.is_batch else gradients[0]
 
     def rest(
         self,

@@ -65,7 +65,7 @@ class GeodesicCache:
 
     def add(self, path: ShortPath) -> None:
         """Remember a path in place of those near it that are longer; or of the oldest one."""
-        kept = (known for known in self._paths if not _replaces(path, known.path))
+        kept = (entry for entry in self._paths if not _replaces(path, entry.path))
         self._paths = deque(kept, maxlen=KEPT_PATHS)
         self._paths.append(KnownPath.of(path, self.sight))
         self._stack()
@@ -89,15 +89,15 @@ class GeodesicCache:
 
     def _stack(self) -> None:
         """Lay ends, anchors and lengths of all paths side by side."""
-        self._ends = np.array([known.path.ends for known in self._paths]).reshape(-1, 2, 3)
-        self._anchors = np.array([known.anchors for known in self._paths]).reshape(-1, 2, 3)
-        self._inner = np.array([known.inner_length for known in self._paths])
+        self._ends = np.array([entry.path.ends for entry in self._paths]).reshape(-1, 2, 3)
+        self._anchors = np.array([entry.anchors for entry in self._paths]).reshape(-1, 2, 3)
+        self._inner = np.array([entry.inner_length for entry in self._paths])
 
     def nearest(self, ends: Float64[np.ndarray, "2 3"]) -> ShortPath | None:
         """Return the searched path whose ends are nearest; None where there is none."""
-        paths = (known.path for known in self._paths)
-        found = (p for p in paths if p.points is not None and p.contracted)
-        return min(found, key=lambda p: float(np.linalg.norm(p.ends - ends)), default=None)
+        paths = (entry.path for entry in self._paths)
+        searched = (p for p in paths if p.points is not None and p.contracted)
+        return min(searched, key=lambda p: float(np.linalg.norm(p.ends - ends)), default=None)
 
     def upper_bounds(
         self, positions: Float64[np.ndarray, "m 2 3"]

@@ -81,8 +81,8 @@ class JointConstraints:
     def track(self, grip: Pose) -> None:
         """Solve the joints for the commanded grip; a pose out of reach leaves them unchanged."""
         if self.joints is not None:
-            found = self._solve(grip, self.joints)
-            self.joints = self.joints if found is None else found
+            solution = self._solve(grip, self.joints)
+            self.joints = self.joints if solution is None else solution
 
     def _solve(self, grip: Pose, near: Joints) -> Joints | None:
         """Return the joints for a grip pose on the branch of `near`, if any.
@@ -95,10 +95,10 @@ class JointConstraints:
             pose, joints = self._solved
             if _near(pose.position, grip.position) and _near(pose.orientation, grip.orientation):
                 return joints
-        found = self.kinematics.solve(grip, near)
-        if found is not None and begun:
-            self._solved = grip, found
-        return found
+        solution = self.kinematics.solve(grip, near)
+        if solution is not None and begun:
+            self._solved = grip, solution
+        return solution
 
     def too_fast(self, grip: Pose, velocity: Float64[np.ndarray, "2 3"]) -> bool:
         """Return whether a twist of the grip exceeds the speed limit of a joint.

@@ -128,12 +128,12 @@ class PathCheck:
             grip = Pose(state.positions[k], state.orientations[k])
             if joints.too_fast(grip, state.twists[k]):
                 return "joint_speed"
-        found = self.constraints.broken(*self._all_ends(positions, orientations))
+        breach = self.constraints.broken(*self._all_ends(positions, orientations))
         for _, joints in self.joint_constraints:
-            found = found or joints.broken_on_path(self.constraints.collision, 0.0)
-        if not found and self.driven:
-            found = self._spacing_broken(self.constraints.centres[[0, *rows]], 0.0)
-        return found[0] if found else None
+            breach = breach or joints.broken_on_path(self.constraints.collision, 0.0)
+        if not breach and self.driven:
+            breach = self._spacing_broken(self.constraints.centres[[0, *rows]], 0.0)
+        return breach[0] if breach else None
 
     def broken_by_arms(
         self, command: MotionState, grips: Sequence[Pose], joints: Sequence[tuple[float, ...]]
@@ -151,9 +151,9 @@ class PathCheck:
             if len(row := np.array(joints[k])) and constraints.joints is not None
         ]
         for constraints, row in measured:
-            found = _worse(constraints.limit_slack(row), MEASURED_JOINT_TOLERANCE)
-            if found:
-                return found
+            breach = _worse(constraints.limit_slack(row), MEASURED_JOINT_TOLERANCE)
+            if breach:
+                return breach
         positions = np.array([command.positions, [g.position for g in grips]])
         orientations = np.array([command.orientations, [g.orientation for g in grips]])
         path = self._all_ends(positions, orientations)
@@ -161,13 +161,13 @@ class PathCheck:
         if self.constraints.rope_length.searching:
             # Judged as soon as it is known: a stop that a person acknowledges needs a finding.
             slacks.pop("overstretch", None)
-        found = _worse(slacks, MEASURED_TOLERANCE)
+        breach = _worse(slacks, MEASURED_TOLERANCE)
         for constraints, row in measured:
-            found = found or _worse(
+            breach = breach or _worse(
                 constraints.link_slacks(row, self.constraints.collision), MEASURED_TOLERANCE
             )
-        if found or len(self._positions) != 2 or len(measured) < len(self.joint_constraints):
-            return found
+        if breach or len(self._positions) != 2 or len(measured) < len(self.joint_constraints):
+            return breach
         return _worse({"spacing": self._spacing_slack(centres)}, MEASURED_TOLERANCE)
 
     def _broken_by_grippers(
@@ -209,9 +209,9 @@ class PathCheck:
         """
         for k, joints in self.joint_constraints:
             path = positions[1:, k], orientations[1:, k]
-            found = joints.broken(*path, solved, self.constraints.collision, margin, dt)
-            if found:
-                return found
+            breach = joints.broken(*path, solved, self.constraints.collision, margin, dt)
+            if breach:
+                return breach
         rows = [0, *(1 + k for k in solved)]
         path = self._all_ends(positions[rows], orientations[rows])
         return self._spacing_broken(self.constraints.gripper_centres(*path), margin)
@@ -269,5 +269,5 @@ def _worse(slacks: Slacks, tolerance: float) -> tuple[Rule, float] | None:
         rule: np.array([min(float(command), 0.0), measured + tolerance])
         for rule, (command, measured) in slacks.items()
     }
-    found = first_broken(shifted)
-    return (found[0], found[1] + tolerance) if found else None
+    breach = first_broken(shifted)
+    return (breach[0], breach[1] + tolerance) if breach else None

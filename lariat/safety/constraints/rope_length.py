@@ -104,15 +104,15 @@ class RopeLengthConstraint:
                 bounds, looseness = self._paths.upper_bounds(positions)
                 lengths = np.minimum(lengths, bounds)
                 continue
-            found, steps = self._advance_search(positions[worst], steps)
-            if found is None:
+            path, steps = self._advance_search(positions[worst], steps)
+            if path is None:
                 self.searching = True
                 lengths[unsure] = np.inf
                 if unsure[0]:
                     # Otherwise the present pose, not known either, would excuse all others.
                     lengths[0] = self.max_length
                 break
-            exact |= np.all(positions == found.ends, axis=(1, 2))
+            exact |= np.all(positions == path.ends, axis=(1, 2))
             bounds, looseness = self._paths.upper_bounds(positions)
             lengths = np.minimum(lengths, bounds)
             if worst > 0 and exact[worst] and lengths[worst] > self.max_length:
@@ -128,10 +128,10 @@ class RopeLengthConstraint:
     def _join(self, ends: Float64[np.ndarray, "2 3"]) -> bool:
         """Remember the nearest path joined to other ends, if it is short enough then."""
         nearest = self._paths.nearest(ends)
-        found = None if nearest is None else joined(nearest, ends, self._paths.sight)
-        if found is None or found.length > self.max_length:
+        path = None if nearest is None else joined(nearest, ends, self._paths.sight)
+        if path is None or path.length > self.max_length:
             return False
-        self._paths.add(found)
+        self._paths.add(path)
         self._joined = True
         return True
 
@@ -148,11 +148,11 @@ class RopeLengthConstraint:
             self._search = PathSearch(
                 ends[0], ends[1], self._reachable(ends), self._paths.nearest(ends), self.max_length
             )
-        found, steps = self._search.advance(steps)
-        if found is not None:
+        path, steps = self._search.advance(steps)
+        if path is not None:
             self._search, self._joined = None, False
-            self._paths.add(found)
-        return found, steps
+            self._paths.add(path)
+        return path, steps
 
     def _reachable(self, ends: Float64[np.ndarray, "2 3"]) -> list[Obstacle]:
         """Return the obstacles that a path of the permitted length may touch."""

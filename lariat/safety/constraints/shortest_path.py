@@ -85,7 +85,7 @@ class PathSearch:
         left: Float64[np.ndarray, "3"],
         right: Float64[np.ndarray, "3"],
         obstacles: Sequence[Obstacle],
-        known: ShortPath | None = None,
+        near: ShortPath | None = None,
         max_length: float = np.inf,
     ) -> None:
         """Begin a search.
@@ -94,10 +94,10 @@ class PathSearch:
             left: First end [m].
             right: Second end [m].
             obstacles: Obstacles to go round; those that contain an end are ignored.
-            known: Path between ends nearby.
+            near: Path between ends nearby.
             max_length: Length up to which a path near the known one is short enough [m].
         """
-        self._steps = _search(np.stack([left, right]), obstacles, known, max_length)
+        self._steps = _search(np.stack([left, right]), obstacles, near, max_length)
 
     def advance(self, steps: int) -> tuple[ShortPath | None, int]:
         """Return the path once it is found, and the number of steps that are left.
@@ -182,16 +182,16 @@ def shortest_path_length(
         obstacles: Obstacles to go round; those that contain an end are ignored.
     """
     search = PathSearch(left, right, obstacles)
-    found = None
-    while found is None:
-        found, _ = search.advance(1000)
-    return found.length
+    path = None
+    while path is None:
+        path, _ = search.advance(1000)
+    return path.length
 
 
 def _search(
     ends: Float64[np.ndarray, "2 3"],
     obstacles: Sequence[Obstacle],
-    known: ShortPath | None,
+    near: ShortPath | None,
     max_length: float,
 ) -> Generator[None, None, ShortPath]:
     """Yield after each step, and return the path."""
@@ -205,17 +205,17 @@ def _search(
     if sight.clear(ends[:1], ends[1:])[0]:
         return ShortPath.straight(ends)
     yield
-    found = None if known is None else joined(known, ends, sight)
-    if found is not None:
-        found = yield from _tightened(found, sight)
-        if found.length <= max_length:
-            return found
+    path = None if near is None else joined(near, ends, sight)
+    if path is not None:
+        path = yield from _tightened(path, sight)
+        if path.length <= max_length:
+            return path
     bands = yield from _initial_bands(ends, outside)
     bands = yield from _contracted(bands, outside)
     other = yield from _finished(ends, bands, sight)
     if other.points is not None:
         other = yield from _tightened(other, sight)
-    return other if found is None or other.length < found.length else found
+    return other if path is None or other.length < path.length else path
 
 
 def _tightened(path: ShortPath, sight: LineOfSight) -> Generator[None, None, ShortPath]:
@@ -281,14 +281,14 @@ def _initial_bands(
     straight = ends[0] + t * axis
     waves = np.sin(np.pi * t) * float(np.linalg.norm(axis)) * _sides(axis)[:, None]
     bands = straight + INITIAL_AMPLITUDES[-1] * waves
-    found = np.zeros(len(bands), dtype=bool)
+    settled = np.zeros(len(bands), dtype=bool)
     for amplitude in INITIAL_AMPLITUDES:
         tried = straight + amplitude * waves
-        free = ~found
+        free = ~settled
         for obstacle in obstacles:
             free &= np.min(signed_distance(tried, obstacle), axis=1) > 0.0
             yield
-        bands[free], found = tried[free], found | free
+        bands[free], settled = tried[free], settled | free
     return bands
 
 

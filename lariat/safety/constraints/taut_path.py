@@ -134,11 +134,11 @@ def _moved(corners: Vertices, sight: LineOfSight, along_edges: bool) -> Vertices
     tried = np.repeat(corners[None], len(STEPS), axis=0)
     moved = corners[1:-1] + STEPS[:, None, None] * way
     tried[:, 1:-1] = pushed_out(moved.reshape(-1, 3), near, sight).reshape(moved.shape)
-    found = np.linalg.norm(np.diff(tried, axis=1), axis=2).sum(axis=1)
+    moved_lengths = np.linalg.norm(np.diff(tried, axis=1), axis=2).sum(axis=1)
     clear = sight.clear(tried[:, :-1].reshape(-1, 3), tried[:, 1:].reshape(-1, 3))
-    found[~clear.reshape(len(STEPS), -1).all(axis=1)] = np.inf
-    best = int(np.argmin(found))
-    return tried[best] if found[best] < lengths.sum() else corners
+    moved_lengths[~clear.reshape(len(STEPS), -1).all(axis=1)] = np.inf
+    best = int(np.argmin(moved_lengths))
+    return tried[best] if moved_lengths[best] < lengths.sum() else corners
 
 
 def _free_directions(
@@ -153,13 +153,13 @@ def _free_directions(
         core = sight.cores[near[n]]
         if not len(rows):
             continue
-        held = normals(points[rows], core)[:, None]
+        blocked = normals(points[rows], core)[:, None]
         faces = core.row.faces(core.packed_sizes, core.local(points[rows]))
         if along_edges and faces is not None:
             axes, beyond = faces
             turn = poses.matrix(np.array(core.orientation))
-            held = (axes * (beyond > -EDGE_WIDTH)[:, :, None]) @ turn.T
-        free[rows] -= np.einsum("nka,nkb->nab", held, held)
+            blocked = (axes * (beyond > -EDGE_WIDTH)[:, :, None]) @ turn.T
+        free[rows] -= np.einsum("nka,nkb->nab", blocked, blocked)
     return free
 
 
@@ -190,5 +190,5 @@ def normals(points: Vertices, obstacle: Obstacle) -> Vertices:
     """
     shifted = points[:, None] + NORMAL_STEP * np.concatenate([np.eye(3), -np.eye(3)])
     d = signed_distance(shifted, obstacle)
-    found = d[:, :3] - d[:, 3:]
-    return found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-12)
+    gradients = d[:, :3] - d[:, 3:]
+    return gradients / np.maximum(np.linalg.norm(gradients, axis=1, keepdims=True), 1e-12)

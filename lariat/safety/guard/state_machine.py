@@ -181,8 +181,8 @@ class SafetyState:
             return self
         if not self.session:
             return replace(self, session=session)
-        held = self.stopped("new_writer", f"writer {session!r} replaces {self.session!r}")
-        return replace(held, waiting_session=session)
+        stopped = self.stopped("new_writer", f"writer {session!r} replaces {self.session!r}")
+        return replace(stopped, waiting_session=session)
 
     def moving(self, moves: bool) -> SafetyState:
         """Return the state while a chunk is followed (True), or once the command rests (False)."""

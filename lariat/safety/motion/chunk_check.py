@@ -53,9 +53,9 @@ def check_rules(
     _refuse(paths.chunk_broken_by_arms(state, positions, orientations, chunk.dt))
 
 
-def _refuse(found: tuple[Rule, float] | None) -> None:
-    if found:
-        rule, excess = found
+def _refuse(breach: tuple[Rule, float] | None) -> None:
+    if breach:
+        rule, excess = breach
         if rule == "overstretch" and not np.isfinite(excess):
             raise ChunkRefused(rule, UNKNOWN_LENGTH)
         raise ChunkRefused(rule, f"broken by {excess:.4f} {EXCESS_UNITS.get(rule, 'm')}")

@@ -180,9 +180,9 @@ class SetpointFollower:
         slip = norms(target.twists[:, 0] - self.state.twists[:, 0])
         limit = self.limits.acceleration
         # A quintic offset of size d takes accelerations of up to 5.8 d / T^2, half of the limit.
-        wanted = np.maximum(np.sqrt(11.5 * gap / limit), 4.0 * slip / limit)
+        durations = np.maximum(np.sqrt(11.5 * gap / limit), 4.0 * slip / limit)
         least, most = self.settings.blend_time
-        duration = min(max(float(wanted.max(initial=0.0)), least), most)
+        duration = min(max(float(durations.max(initial=0.0)), least), most)
         self._reference = self._blend(spline, self.state, now, duration)
 
     def halt(self) -> None:

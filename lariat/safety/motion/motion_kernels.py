@@ -177,8 +177,8 @@ class CompiledTracker(ReferenceTracker):
     def advance(
         self, state: MotionState, now: MotionState, then: MotionState, h: float
     ) -> NextCommand:
-        for rows, given in zip(self._states, (state, now, then), strict=True):
-            _write(rows, given)
+        for rows, motion in zip(self._states, (state, now, then), strict=True):
+            _write(rows, motion)
         self._call(h, MAX_POSE_SPACING, GRIPPER_LEVER_ARM, LEAST_STOP_POSES)
         after = _state_of(self._wanted.copy())
         stop = Stop(after.twists, after.accelerations, self._jerks.copy(), self._durations.copy())

@@ -113,13 +113,13 @@ class ReferenceTracker:
             now.twists + _eased(error, self.position_gain, limits.acceleration_bounds / 2.0),
             limits.speed_bounds,
         )
-        wanted = clipped(
+        target = clipped(
             then.accelerations
             + _eased(twists - state.twists, self.velocity_gain, limits.jerk_bounds),
             self.acceleration,
         )
         old = state.accelerations
-        new = old + clipped(wanted - old, limits.jerk_bounds * h)
+        new = old + clipped(target - old, limits.jerk_bounds * h)
         return state.moved(
             state.twists * h + (old / 3.0 + new / 6.0) * h * h,
             state.twists + (old + new) * (h / 2.0),
@@ -137,14 +137,14 @@ class ReferenceTracker:
             then: Reference at the end of the step.
             h: Duration of the step [s].
         """
-        wanted = self.step(state, now, then, h)
-        stop = self.stop(wanted)
+        command = self.step(state, now, then, h)
+        stop = self.stop(command)
         moved = stop.at(stop_times(stop))[0]
-        turned = poses.multiply(poses.exponential(moved[:, :, 1]), wanted.orientations[None])
-        positions = np.concatenate([state.positions[None], wanted.positions + moved[:, :, 0]])
+        turned = poses.multiply(poses.exponential(moved[:, :, 1]), command.orientations[None])
+        positions = np.concatenate([state.positions[None], command.positions + moved[:, :, 0]])
         orientations = np.concatenate([state.orientations[None], turned])
         path = np.concatenate([positions, orientations], axis=-1)
-        return NextCommand(wanted, stop, path, self.too_fast(wanted))
+        return NextCommand(command, stop, path, self.too_fast(command))
 
     @property
     def too_fast_bounds(self) -> Bounds:

@@ -153,11 +153,11 @@ def check_limits(
         worst = float(np.max(stopping * spline.dt))
         raise ChunkRefused("rest", f"does not end at rest: its last poses move at {worst:.3f} m/s")
     for rule, differences, limit, factor, units in table:
-        found = differences[past:]
-        excess = found / (factor * limit[..., 0])
+        rest = differences[past:]
+        excess = rest / (factor * limit[..., 0])
         if excess.max(initial=0.0) > 1.0 + 1e-9:
             _, end, kind = np.unravel_index(int(np.argmax(excess)), excess.shape)
-            worst = float(np.max(found[:, end, kind]))
+            worst = float(np.max(rest[:, end, kind]))
             raise ChunkRefused(
                 rule,
                 f"asks for {worst:.3f} {units[kind]}; "

@@ -67,8 +67,8 @@ class DepthSensor:
             marks: Marks of the blocks, replaced.
         """
         height, width = z_buffer.shape
-        found = np.zeros((height, marks.shape[1] << BLOCK_SHIFT), bool)
-        pixels = found[:, :width]
+        marked = np.zeros((height, marks.shape[1] << BLOCK_SHIFT), bool)
+        pixels = marked[:, :width]
         np.greater_equal(z_buffer, FAR, out=pixels)
         across = np.abs(np.diff(z_buffer, axis=1)) > self._noise.edge_step
         down = np.abs(np.diff(z_buffer, axis=0)) > self._noise.edge_step
@@ -76,7 +76,7 @@ class DepthSensor:
         pixels[:, :-1] |= across
         pixels[1:] |= down
         pixels[:-1] |= down
-        marks[:] = STILL * found.reshape(*marks.shape, -1).any(axis=2)
+        marks[:] = STILL * marked.reshape(*marks.shape, -1).any(axis=2)
 
     def measure(
         self, z_buffer: Float32[np.ndarray, "h w"], marks: UInt8[np.ndarray, "h b"], frame: int

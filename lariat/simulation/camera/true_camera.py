@@ -13,7 +13,7 @@ from lariat.scenario.sections import Plant
 
 def true_camera(setup: CameraSetup, plant: Plant) -> Camera:
     """Camera at its true pose: the known one, displaced by `plant.camera_*`."""
-    known = setup.T_world_camera
+    nominal = setup.T_world_camera
     turn = poses.exponential(np.radians(plant.camera_turn))
-    position = known.position + np.array(plant.camera_shift)
-    return Camera(setup.intrinsics, Pose(position, poses.multiply(turn, known.orientation)))
+    position = nominal.position + np.array(plant.camera_shift)
+    return Camera(setup.intrinsics, Pose(position, poses.multiply(turn, nominal.orientation)))

@@ -48,9 +48,9 @@ def _plant_of_true_grips(scenario: Scenario) -> Plant:
     from lariat.simulation.plants.mujoco_rope import MujocoRope
 
     own = {field.name for field in fields(MujocoRope)}
-    given = {key: value for key, value in vars(properties).items() if key in own}
+    rope_properties = {key: value for key, value in vars(properties).items() if key in own}
     rope = MujocoRope(
-        **given
+        **rope_properties
         | {
             "node_count": count,
             "stiffness_profile": scenario.plant.rope.stiffness_profile,

@@ -60,8 +60,8 @@ def read_gradient(buffers: LaunchBuffers[Sizes], b: int, parameters: tuple[str, 
     q = buffers.section(Section.ORIENTATIONS)[b, : 4 * (n - 1)].reshape(n - 1, 4)
     rotations = 0.5 * poses.multiply(d_q, poses.conjugate(q))[:, 1:]
     grips = buffers.section(Section.D_GRIPS)[b].reshape(2, 3)
-    for grip, edge, held in zip(grips, (0, -1), clamps, strict=True):
-        if held:
+    for grip, edge, clamped in zip(grips, (0, -1), clamps, strict=True):
+        if clamped:
             rotations[edge] = grip
     state = StateGradient(
         fold_grips(buffers.section(Section.D_POSITIONS)[b].reshape(n, 3), clamps),

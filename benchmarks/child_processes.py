@@ -12,13 +12,13 @@ def child_processes(pid: int) -> dict[int, str]:
 
     A name is the last part of the module that a process runs, with the side that it is for.
     """
-    found = {}
+    names = {}
     for child in psutil.Process(pid).children():
         # It may just have ended.
         with suppress(psutil.Error):
             if name := _name(child.cmdline()):
-                found[child.pid] = name
-    return found
+                names[child.pid] = name
+    return names
 
 
 def processor_times(pid: int) -> tuple[float, float]:

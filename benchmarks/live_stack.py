@@ -111,8 +111,8 @@ class LiveStack:
     def _wait_for_address(self, log: Path) -> str:
         deadline = time.monotonic() + START_TIMEOUT
         while time.monotonic() < deadline and self._launcher.poll() is None:
-            _, found, rest = log.read_text(errors="replace").partition("dashboard at ")
-            if found and "\n" in rest:
+            _, announced, rest = log.read_text(errors="replace").partition("dashboard at ")
+            if announced and "\n" in rest:
                 return rest.split()[0]
             time.sleep(POLL_PERIOD)
         raise RuntimeError(f"the stack does not start:\n{log.read_text(errors='replace')}")

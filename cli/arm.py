@@ -88,17 +88,17 @@ def approach(distance: Annotated[float, tyro.conf.Positional], /, cell: CellOpti
     """
     if not sys.stdin.isatty():
         raise RequestFailed("an approach needs a terminal, at which a person holds a key down")
-    with connect(cell) as client, held_key() as held:
+    with connect(cell) as client, held_key() as is_held:
         print("hold the space bar down; the arms stop when it is released", flush=True)
-        held.wait()
+        is_held.wait()
         shown = client.newest_arm_state()
-        ended = approach_start(client, shown, 1e-3 * distance, held)
+        ended = approach_start(client, shown, 1e-3 * distance, is_held)
         print(ended or summary_line(client.newest_arm_state()))
     return 1 if ended else 0
 
 
 def grip(
-    wanted: Annotated[Literal["open", "close"], tyro.conf.Positional],
+    motion: Annotated[Literal["open", "close"], tyro.conf.Positional],
     /,
     side: Side = "right",
     json: bool = False,
@@ -116,7 +116,7 @@ def grip(
         json: Answer with one JSON object on standard output.
         cell: Address of the stack.
     """
-    return _command(ArmCommand.GRIPPER, json, cell, arm=side, close=wanted == "close")
+    return _command(ArmCommand.GRIPPER, json, cell, arm=side, close=motion == "close")
 
 
 def _command(action: ArmCommand.Action, json: bool, cell: Cell, **fields: Any) -> int:

@@ -72,13 +72,13 @@ def main(file: tyro.conf.Positional[Path], /, camera: str = "", json: bool = Fal
             recording = Recording.open(file)
             scenario = recording.scenario(Path(folder))
         setup = _camera(scenario, camera)
-        found = read_views(recording, scenario, setup.name)
-        result = estimate_extrinsics(found.views, found.intrinsics, setup.T_world_camera)
-        answer = _answer(result, setup.T_world_camera, len(found.views))
+        recorded = read_views(recording, scenario, setup.name)
+        result = estimate_extrinsics(recorded.views, recorded.intrinsics, setup.T_world_camera)
+        answer = _answer(result, setup.T_world_camera, len(recorded.views))
     if json:
         print(jsons.dumps(answer))
         return 0
-    table = Table(title=f"{file.name}: {len(found.views)} places", title_justify="left")
+    table = Table(title=f"{file.name}: {len(recorded.views)} places", title_justify="left")
     for heading in ("", ""):
         table.add_column(heading)
     table.add_row("residual", f"{answer['residual_px']} px ({answer['residual_mm']} mm)")
@@ -100,9 +100,9 @@ def _camera(scenario: Scenario, name: str) -> CameraSetup:
     if not name and len(setups) == 1:
         return next(iter(setups.values()))
     if name not in setups:
-        known = ", ".join(setups)
-        found = f"there is no camera {name!r}" if name else "there are several cameras"
-        raise ConfigurationError(f"{found}; give --camera, one of: {known}")
+        names = ", ".join(setups)
+        fault = f"there is no camera {name!r}" if name else "there are several cameras"
+        raise ConfigurationError(f"{fault}; give --camera, one of: {names}")
     return setups[name]
 
 

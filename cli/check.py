@@ -138,14 +138,14 @@ def main(
     for side, joints in starts.items():
         print(f"  {side} arm at the start: joints {', '.join(f'{j:.1f}' for j in joints)} deg")
     if path:
-        found = path["reason"] or "reaches the goal"
+        verdict = path["reason"] or "reaches the goal"
         wait = (
             f", departs after {path['departs_s']:.1f} s beside what moves"
             if path["departs_s"]
             else ""
         )
         print(
-            f"  path: {found}; {path['duration_s']:.1f} s{wait}, {path['clearance_mm']:.1f} mm "
+            f"  path: {verdict}; {path['duration_s']:.1f} s{wait}, {path['clearance_mm']:.1f} mm "
             f"from obstacles, planned in {path['plan_s']:.1f} s"
         )
         for k, way in enumerate(path["alternatives"], start=1):

@@ -49,13 +49,13 @@ def main(
     if (file is None) == (line is None):
         raise ConfigurationError("give either a FILE or --line X Y Z X Y Z; see lariat goal --help")
     # Bad input ends here, before the bus.
-    wanted = _goal(file, scale) if file else _between_grips(line)
+    source = _goal(file, scale) if file else _between_grips(line)
     with connect(cell) as client:
-        goal = wanted if isinstance(wanted, Goal) else live_goal(wanted, wanted.goal, client)
+        goal = source if isinstance(source, Goal) else live_goal(source, source.goal, client)
         state = client.request_task(TaskRequest.SET_GOAL, goal=goal_message(goal))
     count = len(state.goal.positions) // 3
-    if isinstance(wanted, Goal) and len(wanted.nodes) != count:
-        print(f"{len(wanted.nodes)} rows resampled to {count} nodes", file=sys.stderr)
+    if isinstance(source, Goal) and len(source.nodes) != count:
+        print(f"{len(source.nodes)} rows resampled to {count} nodes", file=sys.stderr)
     print_state(state, json)
     return 0
 

@@ -40,8 +40,8 @@ def pytest_configure(config: pytest.Config) -> None:
             raise pytest.UsageError(f"--lariat-recordings {folder}: no such folder")
     if not folders:
         return
-    given = config.args if config.args_source is config.ArgsSource.ARGS else []
-    config.args = [*given, *folders]
+    named = config.args if config.args_source is config.ArgsSource.ARGS else []
+    config.args = [*named, *folders]
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:

@@ -123,8 +123,8 @@ def traced_services(recording: Recording) -> tuple[str, ...]:
     """Names of the services that have a trace in a recording, in the order of the loop."""
     prefix = topics.TRACE.at("").key
     keys = {entry.key for entry in recording.messages()}
-    found = {key.removeprefix(prefix) for key in keys if key.startswith(prefix)}
-    return tuple(name for name in services.ALL if name in found)
+    traced = {key.removeprefix(prefix) for key in keys if key.startswith(prefix)}
+    return tuple(name for name in services.ALL if name in traced)
 
 
 def replay(

@@ -136,11 +136,11 @@ def main(
                 _draw(drawn, line.pixels, LINE_COLORS[k % len(LINE_COLORS)], thick)
     elif detection.ropes:
         view = Camera(intrinsics, Pose(np.zeros(3), poses.IDENTITY))
-        found, note = _nodes(detection, view, ranges, rope, depth_scale)
+        estimate, note = _nodes(detection, view, ranges, rope, depth_scale)
         notes += [note] if note else []
-        answer |= _node_answer(found)
-        if not found.lost:
-            _draw_nodes(drawn, view.project(found.positions)[0], found)
+        answer |= _node_answer(estimate)
+        if not estimate.lost:
+            _draw_nodes(drawn, view.project(estimate.positions)[0], estimate)
     answer["notes"] = notes
     for note in notes:
         print(f"lariat: {image}: {note}", file=sys.stderr)
@@ -181,11 +181,11 @@ def _nodes(
     millimetres = np.rint(ranges * (unit / MILLIMETRE))
     depth = np.where(millimetres < 2**16, millimetres, 0).astype(np.uint16)
     estimator = CenterlineEstimator(view, rope, CenterlineSettings())
-    found = estimator.estimate(np.asarray(likeness, np.uint8), depth)
-    if found.lost:
-        return found, note
+    estimate = estimator.estimate(np.asarray(likeness, np.uint8), depth)
+    if estimate.lost:
+        return estimate, note
     # A rope that is hidden in part is seen shorter than it is, never longer.
-    seen, own_length = along * unit, polylines.length(found.positions)
+    seen, own_length = along * unit, polylines.length(estimate.positions)
     longer = max(seen, own_length)
     if longer > (1.0 + LENGTH_TOLERANCE) * rope.length:
         return CenterlineEstimate.failed(
@@ -197,7 +197,7 @@ def _nodes(
             f"the nodes are {own_length:.2f} m long, not {rope.length:g} m; check --depth-scale "
             f"({unit:g} m a unit here), --length and --camera"
         ), note
-    return found, note
+    return estimate, note
 
 
 def _length_in_units(
@@ -231,8 +231,8 @@ def _show(answer: dict[str, Any], detection: Detection) -> None:
         table.add_row(str(k), color, f"{rope.width:.1f}", f"{length:.0f}", f"{rope.p_wrong:.2f}")
     console = Console()
     console.print(table)
-    known = sum(crossing.known for crossing in detection.crossings)
-    console.print(f"{len(detection.crossings)} crossings, {known} with a known order")
+    ordered = sum(crossing.known for crossing in detection.crossings)
+    console.print(f"{len(detection.crossings)} crossings, {ordered} with a known order")
     console.print(f"The answer is wrong with a probability of {detection.p_wrong:.2f}.")
     if "lost" in answer:
         console.print(f"No nodes: {answer['lost']}", markup=False)
@@ -298,14 +298,14 @@ def _write_image(path: Path, picture: UInt8[np.ndarray, "h w *c"]) -> bool:
         return False
 
 
-def _node_answer(found: CenterlineEstimate) -> dict[str, object]:
-    if found.lost:
-        return {"lost": found.lost}
+def _node_answer(estimate: CenterlineEstimate) -> dict[str, object]:
+    if estimate.lost:
+        return {"lost": estimate.lost}
     return {
-        "nodes": np.round(found.positions, 5).tolist(),
-        "sigma": np.round(found.sigma, 5).tolist(),
-        "observed": found.observed.tolist(),
-        "node_p_wrong": round(found.p_wrong, 3),
+        "nodes": np.round(estimate.positions, 5).tolist(),
+        "sigma": np.round(estimate.sigma, 5).tolist(),
+        "observed": estimate.observed.tolist(),
+        "node_p_wrong": round(estimate.p_wrong, 3),
     }
 
 
@@ -346,12 +346,12 @@ def _read_camera(
 
     height, width = picture.shape[:2]
     with refusing(f"{path}: not a camera file of RealSense, Open3D, OpenCV or ROS"):
-        known = read_camera(read_file(path, MAX_INTRINSICS_SIZE))
-    if known.size is not None:
-        _check_size(path, "camera", known.size, picture)
+        calibration = read_camera(read_file(path, MAX_INTRINSICS_SIZE))
+    if calibration.size is not None:
+        _check_size(path, "camera", calibration.size, picture)
     with refusing(f"{path}"):
-        intrinsics = Intrinsics(width, height, *known.focal, *known.center)
-        return intrinsics, Undistortion(intrinsics, known.distortion, known.model)
+        intrinsics = Intrinsics(width, height, *calibration.focal, *calibration.center)
+        return intrinsics, Undistortion(intrinsics, calibration.distortion, calibration.model)
 
 
 def _check_size(
@@ -378,10 +378,10 @@ def _draw(
 def _draw_nodes(
     picture: UInt8[np.ndarray, "h w 3"],
     pixels: Float64[np.ndarray, "n 2"],
-    found: CenterlineEstimate,
+    estimate: CenterlineEstimate,
 ) -> None:
     _draw(picture, pixels, LINE_COLORS[0])
-    for pixel, seen in zip(np.rint(pixels).astype(int).tolist(), found.observed, strict=True):
+    for pixel, seen in zip(np.rint(pixels).astype(int).tolist(), estimate.observed, strict=True):
         cv2.circle(
             picture, tuple(pixel), 3, OBSERVED_COLOR if seen else HIDDEN_COLOR, -1, cv2.LINE_AA
         )

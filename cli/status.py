@@ -33,10 +33,10 @@ def main(json: bool = False, cell: CellOptions = LOCAL) -> int:
     Returns:
         0 when every process is ready, 1 when one is not.
     """
-    wanted = (topics.TASK_STATE, topics.ARM_STATE, topics.HEALTH, topics.STACK_STATE)
+    listed = (topics.TASK_STATE, topics.ARM_STATE, topics.HEALTH, topics.STACK_STATE)
     newest: dict[str, Any] = {}
     with connect(cell) as client:
-        subscriptions = [client.bus.subscribe(topic) for topic in wanted]
+        subscriptions = [client.bus.subscribe(topic) for topic in listed]
         deadline = time.monotonic() + LISTENING_TIME
         while time.monotonic() < deadline:
             for subscription in subscriptions:

@@ -40,29 +40,29 @@ def start(
         json: Answer with one JSON object on standard output.
         cell: Address of the stack.
     """
-    wanted = load(scenario).name if scenario else ""
+    name = load(scenario).name if scenario else ""
     with connect(cell) as client:
         arms = client.newest_arm_state()
-        check_scenario(arms.scenario, wanted)
+        check_scenario(arms.scenario, name)
         print(f"cell {cell.namespace!r}, {description(arms)}", file=sys.stderr)
         confirm_real_arms(arms, yes)
         print_state(client.request_task(TaskRequest.START), json)
     return 0
 
 
-def check_scenario(running: str, wanted: str) -> None:
+def check_scenario(running: str, expected: str) -> None:
     """Refuse a stack that runs another scenario than the one that is wanted.
 
     Args:
         running: Name of the scenario that the stack runs.
-        wanted: Name of the wanted one; empty for any.
+        expected: Name of the wanted one; empty for any.
 
     Raises:
         RequestFailed: They differ.
     """
-    if wanted and running != wanted:
+    if expected and running != expected:
         raise RequestFailed(
-            f"the stack runs scenario {running!r}, not {wanted!r}; nothing was started: "
+            f"the stack runs scenario {running!r}, not {expected!r}; nothing was started: "
             "end it with Ctrl-C and start the other, or leave --scenario out"
         )
 

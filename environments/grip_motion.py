@@ -63,8 +63,8 @@ class GripMotion:
             limits: Limits of the grips.
             max_distance: Largest distance of the grips [m].
         """
-        wanted = clipped(command, limits.speed_bounds)
-        change = clipped(wanted - self.velocities, duration * limits.acceleration_bounds)
+        target = clipped(command, limits.speed_bounds)
+        change = clipped(target - self.velocities, duration * limits.acceleration_bounds)
         velocities = self.velocities + change
         # The velocity changes evenly during the step.
         mean = 0.5 * (self.velocities + velocities)

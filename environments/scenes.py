@@ -111,12 +111,12 @@ class _SceneSampler:
             length, yaw, slope = self.random.uniform((half[0], -0.7, -0.3), (half[1], 0.7, 0.3))
             centre = self.random.uniform(low, high)
             chord = length * np.array([np.cos(yaw), np.sin(yaw), slope])
-            held = [LEVEL_GRIP, LEVEL_GRIP]
+            tilted = [LEVEL_GRIP, LEVEL_GRIP]
             if tilt:
                 about = poses.multiply(poses.exponential(np.array([0.0, 0.0, yaw])), LEVEL_GRIP)
                 tilts = self.random.uniform(-tilt, tilt, (2, 3))
-                held = [poses.multiply(poses.exponential(t), about) for t in tilts]
-            shape = self._rest(Pose(centre - chord, held[0]), Pose(centre + chord, held[1]))
+                tilted = [poses.multiply(poses.exponential(t), about) for t in tilts]
+            shape = self._rest(Pose(centre - chord, tilted[0]), Pose(centre + chord, tilted[1]))
             if shape is not None:
                 return shape
         raise NoShapeFoundError
@@ -324,8 +324,8 @@ def _part(sampler: _SceneSampler) -> Scenario:
     """The goal is a third to two thirds of a shape, of a rope whose ends rotate in half of them."""
     random = sampler.random
     if random.random() < 0.5:
-        sampler, held, goal = _turning(sampler)
-        start = sampler.by_grips(held)
+        sampler, start_grips, goal = _turning(sampler)
+        start = sampler.by_grips(start_grips)
     else:
         start, goal = sampler.base.start, sampler.shape(*BOX_BEHIND)
     length = sampler.base.rope.length

@@ -29,9 +29,9 @@ def main() -> Figure:
     for _ in range(30):
         spec = RolloutSpec(start, actions, DT, STEPS, block)
         # Gauss-Newton: the Jacobian of the tip in the velocities of the left grip along x and z.
-        found = rod.linearize(spec)
-        tip = found.rollout.positions[-1, -1]
-        jacobian = found.d_positions_d_actions[-1, -1][:, :, 0, [0, 2]].reshape(3, -1)
+        linearization = rod.linearize(spec)
+        tip = linearization.rollout.positions[-1, -1]
+        jacobian = linearization.d_positions_d_actions[-1, -1][:, :, 0, [0, 2]].reshape(3, -1)
         v = actions[:, 0, [0, 2]].ravel()
         hessian = jacobian.T @ jacobian + EFFORT / BLOCKS * np.eye(v.size)
         step = np.linalg.solve(hessian, jacobian.T @ (TARGET - tip) - EFFORT / BLOCKS * v)

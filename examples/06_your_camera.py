@@ -42,14 +42,16 @@ def main() -> Figure:
     color, depth, truth = photograph()
     rope = RopeDimensions(length=0.45, radius=0.004, node_count=40)
     estimator = CenterlineEstimator(CAMERA, rope, CenterlineSettings())
-    found = estimator.estimate(color, depth, LEFT, RIGHT)
-    assert not found.lost, found.lost
+    estimate = estimator.estimate(color, depth, LEFT, RIGHT)
+    assert not estimate.lost, estimate.lost
 
-    errors = np.linalg.norm(found.positions - polylines.resample_smooth(truth, 40), axis=1)
-    print(f"mean error {1e3 * errors.mean():.2f} mm, {found.observed.mean():.0%} of nodes observed")
+    errors = np.linalg.norm(estimate.positions - polylines.resample_smooth(truth, 40), axis=1)
+    print(
+        f"mean error {1e3 * errors.mean():.2f} mm, {estimate.observed.mean():.0%} of nodes observed"
+    )
     figure, axes = plt.subplots()
     axes.imshow(color)
-    axes.plot(*CAMERA.project(found.positions)[0].T, "o", markersize=2, color="C3")
+    axes.plot(*CAMERA.project(estimate.positions)[0].T, "o", markersize=2, color="C3")
     axes.set_axis_off()
     return figure
 

@@ -48,8 +48,8 @@ def main() -> Figure:
         return loss
 
     optimizer.step(cost)
-    for name, found in zip(truth, logarithms.detach().exp().tolist(), strict=True):
-        print(f"{name}: found {found:.4g}, true {float(truth[name]):.4g}")
+    for name, fitted in zip(truth, logarithms.detach().exp().tolist(), strict=True):
+        print(f"{name}: found {fitted:.4g}, true {float(truth[name]):.4g}")
     figure, axes = plt.subplots()
     axes.semilogy([row[0] for row in history])
     axes.set(xlabel="evaluation", ylabel="mean squared error [mm²]")

@@ -63,20 +63,20 @@ def requirements(image: str) -> set[str]:
     extras = project["optional-dependencies"]
     pending = [*project["dependencies"], *extras["bus"]]
     pending += extras.get(EXTRAS.get(image, image), ())
-    found: set[str] = set(BUILD_REQUIREMENTS) if image in ("all", "dev") else set()
+    kept: set[str] = set(BUILD_REQUIREMENTS) if image in ("all", "dev") else set()
     while pending:
         requirement = pending.pop()
         own = re.match(r"lariat\[(.*)\]", requirement)
         if own:
             pending += [each for name in own[1].split(",") for each in extras[name]]
         elif image in COMPILING or not requirement.startswith(TRANSLATORS):
-            found.add(requirement)
-    return found
+            kept.add(requirement)
+    return kept
 
 
-def _lock(name: str, wanted: set[str], constraint: Path | None) -> None:
+def _lock(name: str, required: set[str], constraint: Path | None) -> None:
     source, target = FOLDER / f".{name}.in", FOLDER / f"{name}.txt"
-    lines = sorted(wanted)
+    lines = sorted(required)
     if constraint is not None:
         lines.append(f"--constraint {constraint.name}")
     source.write_text("\n".join(lines) + "\n")

@@ -107,11 +107,11 @@ class CellChecks:
         yield CheckResult("Power off", *self._power_off())
 
     def _limits(self) -> tuple[Outcome, str]:
-        found = self._scenario.limits
-        high = [f"{k} = {v:g}" for k, v in FIRST_DAY_LIMITS.items() if getattr(found, k) > v]
+        limits = self._scenario.limits
+        high = [f"{k} = {v:g}" for k, v in FIRST_DAY_LIMITS.items() if getattr(limits, k) > v]
         if high:
             return "open", f"for a first day write {', '.join(high)} in [limits]"
-        return "passed", f"speed {found.speed:g} m/s, joint speed {found.joint_speed:g} rad/s"
+        return "passed", f"speed {limits.speed:g} m/s, joint speed {limits.joint_speed:g} rad/s"
 
     def _processes(self) -> tuple[Outcome, str]:
         away = self._arms is not None and self._arms.needs_approach

@@ -16,14 +16,14 @@ SILENCE_TIMEOUT = 2 * SECOND
 """Longest wait for a state of the gateway [ns]."""
 
 
-def approach(client: Client, shown: ArmStates, distance: float, held: Callable[[], bool]) -> str:
+def approach(client: Client, shown: ArmStates, distance: float, is_held: Callable[[], bool]) -> str:
     """Let the arms go to the scenario's start for as long as a button is held.
 
     Args:
         client: Client of the running stack.
         shown: State that the person saw.
         distance: Distance that the person names [m].
-        held: Returns whether the person still holds the button.
+        is_held: Returns whether the person still holds the button.
 
     Raises:
         RequestFailed: The gateway refused, or did not answer.
@@ -50,7 +50,7 @@ def approach(client: Client, shown: ArmStates, distance: float, held: Callable[[
             raise RequestFailed("the robot gateway has fallen silent")
         if answered and not newest.approaching:
             return "" if newest.may_move else newest.reason
-        if now - sent >= CONSENT_PERIOD and held():
+        if now - sent >= CONSENT_PERIOD and is_held():
             sent, number = now, number + 1
             signs.put(
                 Consent(

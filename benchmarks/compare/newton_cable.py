@@ -128,11 +128,11 @@ def _model(n: int, edge: float, stiff: bool) -> newton.Model:
     across = mass * (edge**2 / 12.0 + radius**2 / 4.0)
     inertia = np.diag([across, across, mass * radius**2 / 2.0])
     for segment in segments:
-        held = segment in (segments[0], segments[-1])
-        builder.body_mass[segment] = 0.0 if held else mass
-        builder.body_inv_mass[segment] = 0.0 if held else 1.0 / mass
-        builder.body_inertia[segment] = warp.mat33(0.0 if held else inertia)
-        builder.body_inv_inertia[segment] = warp.mat33(0.0 if held else np.linalg.inv(inertia))
+        fixed = segment in (segments[0], segments[-1])
+        builder.body_mass[segment] = 0.0 if fixed else mass
+        builder.body_inv_mass[segment] = 0.0 if fixed else 1.0 / mass
+        builder.body_inertia[segment] = warp.mat33(0.0 if fixed else inertia)
+        builder.body_inv_inertia[segment] = warp.mat33(0.0 if fixed else np.linalg.inv(inertia))
     builder.color()
     return builder.finalize(device="cpu")
 

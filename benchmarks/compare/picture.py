@@ -49,11 +49,11 @@ def draw(points: Sequence[Row], path: Path) -> None:
 
 def unbeaten(rows: Sequence[Row], key: str) -> list[Row]:
     """Return the rows that are better than all faster ones, fastest first."""
-    found: list[Row] = []
+    best: list[Row] = []
     for row in sorted(rows, key=lambda row: row["us"]):
-        if not found or row[key] < GAIN * found[-1][key]:
-            found.append(row)
-    return found
+        if not best or row[key] < GAIN * best[-1][key]:
+            best.append(row)
+    return best
 
 
 def _by_solver(rows: Sequence[Row]) -> dict[str, list[Row]]:

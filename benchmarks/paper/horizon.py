@@ -100,8 +100,8 @@ def run(
     tables = []
     if calls:
         times = [_row(name, n, planning_times(name, n, calls)) for n in nodes for name in method]
-        known = "plant = model (Lariat's rod), state known, not adapting; the paper: 1700 ms, GPU"
-        tables.append(Result("times", times, known))
+        notes = "plant = model (Lariat's rod), state known, not adapting; the paper: 1700 ms, GPU"
+        tables.append(Result("times", times, notes))
     campaign = Campaign(horizon_errors, HorizonErrors, lambda e: f"{e.spec}: {e.ratio:.1f}")
     measured = campaign.trials([ErrorSpec(name, model) for name in errors for model in plant])
     if errors:

@@ -201,10 +201,10 @@ def _goals(solver: str, softer: float, seed: int) -> tuple[Iterator[Goal], list[
 
 
 def _goal(solver: str, softer: float, seed: int, number: int) -> Goal:
-    further, found = _goals(solver, softer, seed)
-    while len(found) <= number:
-        found.append(next(further))
-    return found[number]
+    further, drawn = _goals(solver, softer, seed)
+    while len(drawn) <= number:
+        drawn.append(next(further))
+    return drawn[number]
 
 
 def _method(study: Study) -> HorizonOptimizer:

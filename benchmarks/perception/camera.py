@@ -118,7 +118,7 @@ def _marker_errors(
         pose = Pose(place, poses.exponential(np.array([0.0, 0.0, yaw])))
         stand = Obstacle("box", (*place[:2], place[2] / 2.0), size=(0.1, 0.1, place[2] - 1e-3))
         plate = MarkerPlate(pose, side, k % 50)
-        pose_filter, found = MarkerPoseFilter(), None
+        pose_filter, filtered = MarkerPoseFilter(), None
         for image in range(FRAMES_PER_MARKER):
             shot = camera.take(
                 rope,
@@ -130,10 +130,10 @@ def _marker_errors(
             for sighting in detector.detect(shot.color):
                 seen = locate_marker(sighting, camera.camera, float(place[2]))
                 if sighting.identity == k % 50 and seen is not None:
-                    found = pose_filter.add(seen)
-        if found is None:
+                    filtered = pose_filter.add(seen)
+        if filtered is None:
             missed += 1
             continue
-        position_errors.append(float(np.linalg.norm(found.position - place)))
-        yaw_errors.append(abs(math.remainder(found.yaw - yaw, 2.0 * math.pi)))
+        position_errors.append(float(np.linalg.norm(filtered.position - place)))
+        yaw_errors.append(abs(math.remainder(filtered.yaw - yaw, 2.0 * math.pi)))
     return position_errors, yaw_errors, missed

@@ -146,8 +146,8 @@ def arms_reach(
     grips = scenario.grips(scenario.start)
     rope = RopeModel(scenario.rope, scenario.moves)
     state = rope.rod.rest(*grips).state
-    wanted = Goal(goal, left, right, True, True)
-    problem = problem_of(scenario, rope, state, grips, wanted, scenario.bodies)
+    target = Goal(goal, left, right, True, True)
+    problem = problem_of(scenario, rope, state, grips, target, scenario.bodies)
     return goal_fault(problem) is None
 
 

@@ -60,7 +60,7 @@ def measure(node_count: int, tolerance: float) -> dict[str, float]:
         return float(np.sum(slope * rod.rollout(spec).positions))
 
     rod = Rod(PROPERTIES, node_count, tolerance=tolerance)
-    found = rod.gradient(RolloutSpec(state, actions, TIME_STEP, obstacles=OBSTACLES), slope)
+    gradient = rod.gradient(RolloutSpec(state, actions, TIME_STEP, obstacles=OBSTACLES), slope)
     exact = np.zeros_like(actions)
     for index in np.ndindex(*exact.shape):
         bump = np.zeros_like(exact)
@@ -68,7 +68,7 @@ def measure(node_count: int, tolerance: float) -> dict[str, float]:
         exact[index] = _slope(lambda h, bump=bump: cost(actions=actions + h * bump), 1e-4)
     parts = {}
     for part, h in STATE_PARTS.items():
-        value = getattr(found.state, part)
+        value = getattr(gradient.state, part)
         error = 0.0
         for _ in range(4):
             along = rng.normal(size=value.shape)
@@ -87,11 +87,11 @@ def measure(node_count: int, tolerance: float) -> dict[str, float]:
             for name in PARAMETERS
         ]
     )
-    ours = np.array([found.parameters[name] * _scale(name) for name in PARAMETERS])
+    ours = np.array([gradient.parameters[name] * _scale(name) for name in PARAMETERS])
     return {
         "nodes": node_count,
         "tolerance": tolerance,
-        "actions": _relative(found.actions, exact),
+        "actions": _relative(gradient.actions, exact),
         **parts,
         "parameters": _relative(ours, truth),
         # A parameter that is zero, and so its derivative by relative change, has no relative error.
@@ -129,5 +129,5 @@ def _slope(function: Callable[[float], float], h: float) -> float:
     return (8.0 * near - (function(2.0 * h) - function(-2.0 * h))) / (12.0 * h)
 
 
-def _relative(found: Float64[np.ndarray, "*a"], exact: Float64[np.ndarray, "*a"]) -> float:
-    return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
+def _relative(computed: Float64[np.ndarray, "*a"], exact: Float64[np.ndarray, "*a"]) -> float:
+    return float(np.linalg.norm(computed - exact) / np.linalg.norm(exact))

@@ -97,8 +97,8 @@ def sample_case(seed: int) -> HardCase:
             continue
         # Grips must not be in the obstacle either, or the rod cannot leave it.
         ends = nodes[[0, -1]]
-        held = np.concatenate([ends[None], ends + np.cumsum(TIME_STEP * actions[:, :, :3], axis=0)])
-        if np.min(signed_distance(held.reshape(-1, 3), body)) > 2.0 * ROD_DIAMETER:
+        path = np.concatenate([ends[None], ends + np.cumsum(TIME_STEP * actions[:, :, :3], axis=0)])
+        if np.min(signed_distance(path.reshape(-1, 3), body)) > 2.0 * ROD_DIAMETER:
             return HardCase(rod, nodes, actions, (body,))
 
 

@@ -106,9 +106,9 @@ def paces(scenario: str, changes: tuple[str, ...], other: Path, count: int) -> l
     """
     factors: dict[Path, list[float]] = {ROOT: [], other: []}
     for _ in range(count):
-        for clone, found in factors.items():
-            found.append(_real_time_factor(clone, scenario, changes))
-    medians = {clone: float(np.median(found)) for clone, found in factors.items()}
+        for clone, measured in factors.items():
+            measured.append(_real_time_factor(clone, scenario, changes))
+    medians = {clone: float(np.median(measured)) for clone, measured in factors.items()}
     return [
         {
             "clone": str(clone),

@@ -36,10 +36,10 @@ def sample_of(process: str, pid: int | None, minutes: float, *steps: float) -> S
     Raises:
         psutil.NoSuchProcess: There is no such process.
     """
-    found = psutil.Process(pid)
-    times, memory = found.cpu_times(), found.memory_info().rss / 2**20
+    running = psutil.Process(pid)
+    times, memory = running.cpu_times(), running.memory_info().rss / 2**20
     used = times.user + times.system
-    return Sample(process, minutes, memory, found.num_fds(), found.num_threads(), used, *steps)
+    return Sample(process, minutes, memory, running.num_fds(), running.num_threads(), used, *steps)
 
 
 def trends(samples: Sequence[Sample]) -> list[dict[str, object]]:

@@ -48,12 +48,12 @@ def layout(keys: set[str]) -> dict[str, Any]:
             "imageMode": {"imageTopic": color, "calibrationTopic": calibration}
         }
     for title, paths in PLOTS.items():
-        known = [path for path in paths if path.partition(".")[0] in keys]
-        if known:
+        plotted = [path for path in paths if path.partition(".")[0] in keys]
+        if plotted:
             panels[f"Plot!{title.split()[0].lower()}"] = {
                 "title": title,
                 "paths": [
-                    {"value": p, "enabled": True, "timestampMethod": "receiveTime"} for p in known
+                    {"value": p, "enabled": True, "timestampMethod": "receiveTime"} for p in plotted
                 ],
                 "showLegend": True,
                 "isSynced": True,

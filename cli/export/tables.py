@@ -37,14 +37,14 @@ Row = dict[str, Any]
 
 def write_csv(recording: Recording, folder: Path) -> str:
     """Write the tables as CSV files into a new folder; return one line about them."""
-    found = tables(recording)
+    by_topic = tables(recording)
     folder.mkdir(parents=True)
-    for key, rows in found.items():
+    for key, rows in by_topic.items():
         with (folder / f"{_file_name(key)}.csv").open("w", newline="") as stream:
             writer = csv.DictWriter(stream, columns(rows))
             writer.writeheader()
             writer.writerows(rows)
-    return _summary(found, folder)
+    return _summary(by_topic, folder)
 
 
 def write_parquet(recording: Recording, folder: Path) -> str:
@@ -53,12 +53,12 @@ def write_parquet(recording: Recording, folder: Path) -> str:
     import pyarrow
     import pyarrow.parquet
 
-    found = tables(recording)
+    by_topic = tables(recording)
     folder.mkdir(parents=True)
-    for key, rows in found.items():
+    for key, rows in by_topic.items():
         table = pyarrow.table({name: [row.get(name) for row in rows] for name in columns(rows)})
         pyarrow.parquet.write_table(table, folder / f"{_file_name(key)}.parquet")
-    return _summary(found, folder)
+    return _summary(by_topic, folder)
 
 
 def tables(recording: Recording) -> dict[str, list[Row]]:
@@ -69,7 +69,7 @@ def tables(recording: Recording) -> dict[str, list[Row]]:
     lists have a number, or the name of the element, behind a dot, and vectors their axis, as
     `positions.3.z` of node 3.
     """
-    found: dict[str, list[Row]] = {}
+    by_topic: dict[str, list[Row]] = {}
     start = None
     for entry in recording.messages():
         start = entry.log_time if start is None else start
@@ -86,8 +86,8 @@ def tables(recording: Recording) -> dict[str, list[Row]]:
         }
         with recording.door.guard(f"{entry.key} in {recording.path}"):
             row.update(_values(entry.parse(), ""))
-            found.setdefault(entry.key, []).append(row)
-    return found
+            by_topic.setdefault(entry.key, []).append(row)
+    return by_topic
 
 
 def columns(rows: list[Row]) -> list[str]:
@@ -111,8 +111,8 @@ def _values(message: Message, prefix: str) -> Iterator[tuple[str, Any]]:
         elif field.type == MESSAGE:
             yield from _values(value, f"{name}.")
         elif field.enum_type is not None:
-            known = field.enum_type.values_by_number.get(value)
-            yield name, known.name if known else str(value)
+            label = field.enum_type.values_by_number.get(value)
+            yield name, label.name if label else str(value)
         else:
             yield name, value
 
@@ -137,6 +137,6 @@ def _file_name(key: str) -> str:
     return key.replace("/", "_")
 
 
-def _summary(found: dict[str, list[Row]], folder: Path) -> str:
-    rows = sum(map(len, found.values()))
-    return f"{folder}: {len(found)} tables with {rows} rows"
+def _summary(by_topic: dict[str, list[Row]], folder: Path) -> str:
+    rows = sum(map(len, by_topic.values()))
+    return f"{folder}: {len(by_topic)} tables with {rows} rows"

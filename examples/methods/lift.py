@@ -20,8 +20,8 @@ class Lift:
         if max(start[:, 2].max(), end[:, 2].max()) + height > self.top:
             return None
         up = np.array([0.0, 0.0, height])
-        held = np.array([grip.orientation for grip in problem.grips])
+        pick = np.array([grip.orientation for grip in problem.grips])
         put = np.array([grip.orientation for grip in problem.goal_grips])
         return GripPath(
-            np.stack([start, start + up, end + up, end]), np.stack([held, held, put, put])
+            np.stack([start, start + up, end + up, end]), np.stack([pick, pick, put, put])
         )

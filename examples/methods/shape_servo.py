@@ -33,8 +33,8 @@ class ShapeServo:
         jacobian = jacobian[..., self.moves].reshape(state.nodes.size, -1)
         normal = jacobian.T @ jacobian
         normal += DAMPING * np.trace(normal) / len(normal) * np.eye(len(normal))
-        wanted = GAIN * HORIZON * (state.goal - state.nodes).ravel()
+        correction = GAIN * HORIZON * (state.goal - state.nodes).ravel()
         answer = np.zeros((2, 6))
-        answer[self.moves] = np.linalg.solve(normal, jacobian.T @ wanted)
+        answer[self.moves] = np.linalg.solve(normal, jacobian.T @ correction)
         fastest = np.max(np.linalg.norm(answer[:, :3], axis=1))
         return answer * min(1.0, self.speed / max(fastest, 1e-9))

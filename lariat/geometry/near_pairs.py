@@ -47,7 +47,7 @@ def near_pairs(
         points: Points in the world frame [m].
         obstacles: Obstacles of the scene.
         reach: Distance below which a pair is returned, for each point [m].
-        computed: Signed distances of all points from each obstacle, where they are known already [m].
+        computed: Signed distances of all points from each obstacle, where known already [m].
     """
     indices, distances, outward = [], [], []
     if not len(points):

@@ -77,8 +77,8 @@ def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
     nearest = min(clearances, key=lambda name: clearances[name])
     clearance = clearances[nearest]
     if clearance < 0.0:
-        given = f"nodes = {shape.file!r}" if shape.file else "its nodes"
-        subject = "the rope at rest between its grips" if hangs else given
+        stated = f"nodes = {shape.file!r}" if shape.file else "its nodes"
+        subject = "the rope at rest between its grips" if hangs else stated
         region = nearest in {body.name for body in scenario.regions}
         where, what = ("outside of region", "region") if region else ("inside obstacle", "obstacle")
         lies = "" if region else "; an obstacle with support = true may carry the rope"

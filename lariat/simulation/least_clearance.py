@@ -73,13 +73,13 @@ class LeastClearance:
         times, rows, scenes = zip(*self._gathered, strict=True)
         self._gathered = []
         ropes = np.array(rows)
-        found: dict[Obstacle, list[int]] = defaultdict(list)
+        rows_of: dict[Obstacle, list[int]] = defaultdict(list)
         for row, scene in enumerate(scenes):
             for obstacle in scene:
-                found[obstacle].append(row)
+                rows_of[obstacle].append(row)
         nearest = np.full(len(ropes), np.inf)
         checked = []
-        for obstacle, among in found.items():
+        for obstacle, among in rows_of.items():
             some = ropes if len(among) == len(ropes) else ropes[among]
             reach = self._radius + max(min(self._least, float(nearest.min())), CONTACT_DISTANCE)
             if out_of_reach(bounding_box(some), obstacle, reach):

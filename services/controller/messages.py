@@ -79,8 +79,8 @@ def arm_condition(arms: ArmStates, session: str) -> ArmCondition:
 
 def task_request(message: TaskRequest) -> Request:
     """Request of a person; an action that this version does not know becomes None."""
-    known = message.action in TaskRequest.Action.values()
-    action = RequestAction[TaskRequest.Action.Name(message.action)] if known else None
+    is_known = message.action in TaskRequest.Action.values()
+    action = RequestAction[TaskRequest.Action.Name(message.action)] if is_known else None
     goal = goal_of(message.goal) if action is RequestAction.SET_GOAL else None
     return Request(message.id, action, goal, message.key, message.value, message.move)
 

@@ -40,10 +40,10 @@ def vector(T: Transform) -> Vector:
 
 def inverse(T: Transform) -> Transform:
     """Return the inverse of a pose."""
-    found = np.eye(4)
-    found[:3, :3] = T[:3, :3].T
-    found[:3, 3] = -T[:3, 3] @ T[:3, :3]
-    return found
+    inverted = np.eye(4)
+    inverted[:3, :3] = T[:3, :3].T
+    inverted[:3, 3] = -T[:3, 3] @ T[:3, :3]
+    return inverted
 
 
 def quaternion(T: Transform) -> Float64[np.ndarray, "4"]:

@@ -98,15 +98,15 @@ class Geometry:
 
         Closed form for parallel and intersecting axes, refined for these parameters.
         """
-        found: list[Joints] = []
+        solutions: list[Joints] = []
         for seed in _closed_form(goal, self):
             joints = self.solve(goal, seed)
             if joints is None:
                 continue
             joints = (joints + np.pi) % (2.0 * np.pi) - np.pi
-            if all(np.max(np.abs(joints - other)) > 1e-4 for other in found):
-                found.append(joints)
-        return found
+            if all(np.max(np.abs(joints - other)) > 1e-4 for other in solutions):
+                solutions.append(joints)
+        return solutions
 
 
 NOMINAL_GEOMETRY = Geometry()

@@ -44,10 +44,10 @@ class CameraView:
             sizes = check_image(color.data), (depth.width, depth.height)
         except ValueError as error:
             return f"colour image of camera {self._name!r}: {error}"
-        wanted = calibration.width, calibration.height
-        if sizes != (wanted, wanted):
-            found = " and ".join(f"{width} x {height}" for width, height in sizes)
-            return f"images are {found}, but the calibration is for {wanted[0]} x {wanted[1]}"
+        size = calibration.width, calibration.height
+        if sizes != (size, size):
+            shown = " and ".join(f"{width} x {height}" for width, height in sizes)
+            return f"images are {shown}, but the calibration is for {size[0]} x {size[1]}"
         images = decode_frame(color, depth, self._grey)
         if isinstance(images, str):
             return images

@@ -59,5 +59,5 @@ class SceneRequests:
             case SceneRequest.REMOVE:
                 self._scene.remove(request.obstacle.name)
             case unknown:
-                known = "ADD, MOVE, RESIZE or REMOVE"
-                raise SceneChangeRefused(f"there is no action {unknown}; use {known}")
+                actions = "ADD, MOVE, RESIZE or REMOVE"
+                raise SceneChangeRefused(f"there is no action {unknown}; use {actions}")

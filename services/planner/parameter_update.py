@@ -43,14 +43,14 @@ def is_learnt(parameters: RodParameters) -> bool:
     )
 
 
-def updated_properties(given: RodProperties, learnt: RodParameters) -> RodProperties:
+def updated_properties(properties: RodProperties, learnt: RodParameters) -> RodProperties:
     """Properties of the given rope with every parameter that has been estimated."""
     values = {}
     for parameter in ROD_PARAMETERS:
         estimates = rod_estimates(learnt, parameter)
         if estimates and all(estimate.standard_deviation > 0.0 for estimate in estimates):
             values[parameter.name] = [estimate.value for estimate in estimates]
-    return given.with_values(values)
+    return properties.with_values(values)
 
 
 def unsure_properties(rope: RodProperties, learnt: RodParameters) -> list[RodProperties]:
@@ -59,14 +59,14 @@ def unsure_properties(rope: RodProperties, learnt: RodParameters) -> list[RodPro
     Where the grips are estimated too, an error of the length is made up by theirs, so that the
     shape that is seen is kept: a longer rope alone would hang lower than it can.
     """
-    found = []
+    variants = []
     stiffness, length = learnt.bending_stiffness, learnt.length
     if stiffness.standard_deviation > 0.0:
         share = stiffness.standard_deviation / stiffness.value
         factor = math.exp(min(share, MAX_LOG_STIFFNESS_DEVIATION))
-        found.append(
+        variants.append(
             rope.with_stiffness(factor * rope.bending_stiffness, factor * rope.twisting_stiffness)
         )
     if length.standard_deviation > 0.0 and not learnt.grip_offset:
-        found.append(replace(rope, length=rope.length + length.standard_deviation))
-    return found
+        variants.append(replace(rope, length=rope.length + length.standard_deviation))
+    return variants

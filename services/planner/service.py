@@ -124,14 +124,14 @@ class PlannerService:
         others = inbox.latest(topics.ROPE_OTHERS)
         motion = inbox.latest(topics.SCENE_MOTION)
         motions = motion.message if motion is not None else SceneMotion()
-        wanted = (
+        revisions = (
             task.message.goal_revision,
             scene.message.revision,
             others.message.revision if others is not None else 0,
             task.message.replan_count,
             motions.run_started,
         )
-        if wanted == self._planned or not poses_known(arms.message):
+        if revisions == self._planned or not poses_known(arms.message):
             begin = None
         elif at_rest(arms.message):
             begin = arms.message
@@ -143,7 +143,7 @@ class PlannerService:
             if begin is not arms.message and nodes is not None:
                 nodes = moved(nodes, arms.message, begin)
             parameters = inbox.latest(topics.CONTROLLER_PARAMETERS)
-            self._planned = wanted
+            self._planned = revisions
             self._planning_since = now
             self._path = Path(
                 stamp=begin.stamp,
@@ -158,7 +158,7 @@ class PlannerService:
                 self._path = self._plan(task.message, scene.message, motions, beside, begin, nodes)
             if outcome.refusal:
                 self._path.reason = f"the planner cannot plan for this goal: {outcome.refusal}"
-            self._path.others_revision = wanted[2]
+            self._path.others_revision = revisions[2]
             self._path.motion_run_started = motions.run_started
             self._published = 0
         if self._path is not None and now - self._published >= SECOND:
@@ -236,10 +236,10 @@ class PlannerService:
         if not moving:
             _write_path(message, self._find(problem).of_grippers(problem))
             return message
-        found = plan_departure(problem, moving, departure, self._find)
-        _write_path(message, found.path.of_grippers(problem))
-        message.start_after = round(found.after / NANOSECONDS)
-        message.start_before = round(found.before / NANOSECONDS)
+        chosen = plan_departure(problem, moving, departure, self._find)
+        _write_path(message, chosen.path.of_grippers(problem))
+        message.start_after = round(chosen.after / NANOSECONDS)
+        message.start_before = round(chosen.before / NANOSECONDS)
         return message
 
     def _clearance(self, task: TaskState) -> float:
@@ -252,8 +252,8 @@ class PlannerService:
             return None
         reported = {state.arm: state.joints for state in message.arms}
         joints = {k: np.array(reported.get(SIDES[k], ()), dtype=float) for k in self._arms.arms}
-        known = {k: row for k, row in joints.items() if len(row) == len(self._arms.joints[k])}
-        return replace(self._arms, joints={**self._arms.joints, **known})
+        complete = {k: row for k, row in joints.items() if len(row) == len(self._arms.joints[k])}
+        return replace(self._arms, joints={**self._arms.joints, **complete})
 
 
 def build(scenario: Scenario, session: str) -> PlannerService:

@@ -92,7 +92,7 @@ def space(folder: Path) -> tuple[int, int]:
 
 def recordings(folder: Path) -> dict[Path, int]:
     """Return the sizes of the recorder's own files in a folder [bytes]; links are none of them."""
-    found: dict[Path, int] = {}
+    sizes: dict[Path, int] = {}
     with suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
             if not _NAME.fullmatch(entry.name):
@@ -101,8 +101,8 @@ def recordings(folder: Path) -> dict[Path, int]:
             with suppress(OSError):
                 status = entry.stat(follow_symlinks=False)
                 if stat.S_ISREG(status.st_mode):
-                    found[Path(entry.path)] = status.st_size
-    return found
+                    sizes[Path(entry.path)] = status.st_size
+    return sizes
 
 
 def _age_rank(path: Path) -> tuple[bool, str]:

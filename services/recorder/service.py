@@ -143,8 +143,8 @@ class RecorderService:
             self._files.late = None
         requests = [item.message for item in inbox.every(topics.RUN_LIST_REQUEST)]
         yield from self._runs.step(requests, writer.path.name if writer else "", now)
-        wanted = [item.message for item in inbox.every(topics.GOAL_LIST_REQUEST)]
-        yield from self._goals.step(wanted, now)
+        goal_requests = [item.message for item in inbox.every(topics.GOAL_LIST_REQUEST)]
+        yield from self._goals.step(goal_requests, now)
         state = (writer is not None, str(writer.path) if writer else "", self._files.run)
         if state != self._published or now - self._publish_time >= SECOND:
             if state != self._published and writer:

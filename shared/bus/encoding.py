@@ -33,5 +33,5 @@ def raw_message(sample: zenoh.Sample, received: int) -> RawMessage:
 
 def _integer(text: str) -> int:
     """Integer of at most 19 digits that fits a message; 0 for any other text."""
-    known = text.isascii() and text.isdecimal() and len(text) <= 19
-    return min(int(text), MAX_INTEGER) if known else 0
+    valid = text.isascii() and text.isdecimal() and len(text) <= 19
+    return min(int(text), MAX_INTEGER) if valid else 0

@@ -49,7 +49,7 @@ def records_of(chunk: mcap_records.Chunk) -> list[mcap_records.McapRecord]:
     content = _content(chunk)
     if chunk.uncompressed_crc and zlib.crc32(content) != chunk.uncompressed_crc:
         raise ValueError("its checksum differs")
-    found: list[mcap_records.McapRecord] = []
+    records: list[mcap_records.McapRecord] = []
     position = count = 0
     while position < len(content):
         opcode, length = _RECORD.unpack_from(content, position)
@@ -65,7 +65,7 @@ def records_of(chunk: mcap_records.Chunk) -> list[mcap_records.McapRecord]:
                 raise ValueError(f"a message has {length} bytes, less than its header")
             channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(content, begin)
             payload = content[begin + _MESSAGE.size : position]
-            found.append(
+            records.append(
                 mcap_records.Message(
                     channel_id=channel,
                     sequence=sequence,
@@ -75,10 +75,10 @@ def records_of(chunk: mcap_records.Chunk) -> list[mcap_records.McapRecord]:
                 )
             )
         elif opcode == Opcode.CHANNEL:
-            found.append(mcap_records.Channel.read(_stream(content, begin, position)))
+            records.append(mcap_records.Channel.read(_stream(content, begin, position)))
         elif opcode == Opcode.SCHEMA:
-            found.append(mcap_records.Schema.read(_stream(content, begin, position)))
-    return found
+            records.append(mcap_records.Schema.read(_stream(content, begin, position)))
+    return records
 
 
 def _stream(content: bytes, begin: int, end: int) -> ReadDataStream:

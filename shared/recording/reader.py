@@ -127,12 +127,12 @@ class Recording:
             raise ConfigurationError(f"{self.path} was not recorded by Lariat, but {writer}")
 
     def _check_version(self) -> None:
-        for key, known in READABLE_VERSIONS.items():
-            if _number(self.metadata, key) > known:
+        for key, newest in READABLE_VERSIONS.items():
+            if _number(self.metadata, key) > newest:
                 text = self.metadata[key][:20]
                 raise ConfigurationError(
                     f"{self.path} has {key.replace('_', ' ')} {text}, this Lariat reads versions "
-                    f"up to {known}; update Lariat"
+                    f"up to {newest}; update Lariat"
                 )
 
     def messages(self, keys: Iterable[str] | None = None) -> Iterator[Entry]:
@@ -156,7 +156,7 @@ class Recording:
         del begin
         yield from (entry for _, entry in stored)
 
-    def _stored(self, wanted: set[str] | None) -> Iterator[tuple[int, Entry]]:
+    def _stored(self, keys: set[str] | None) -> Iterator[tuple[int, Entry]]:
         """Yield messages as they are stored, each with the time from which they are in order."""
         version = ordered_from = 0
         schemas: dict[int, mcap_records.Schema] = {}
@@ -177,7 +177,7 @@ class Recording:
                 if channel.message_encoding != PROTOBUF:
                     continue
                 key = channel.topic
-                if wanted is None or key in wanted:
+                if keys is None or key in keys:
                     entry = Entry(
                         key,
                         schemas[channel.schema_id].name,

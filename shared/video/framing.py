@@ -107,8 +107,8 @@ def frame(
             # The camera is moved sideways until the points are in the middle of the area.
             shares = pixels / size
             off = (shares.min(0) + shares.max(0)) / 2.0 - middle
-            held = view.camera(size).T_world_camera.orientation
-            right, down = poses.rotate(held, np.eye(3)[:2])
+            orientation = view.camera(size).T_world_camera.orientation
+            right, down = poses.rotate(orientation, np.eye(3)[:2])
             across = 2.0 * distance * np.tan(VIEW_ANGLE / 2.0) * off * (1.0, size[1] / size[0])
             target = target + across[0] * right + across[1] * down
             view = _view(target, distance * away)

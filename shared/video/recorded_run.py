@@ -129,10 +129,10 @@ class RecordedRun:
         """Axes of the grippers' bodies: from each end of the rope along its tangent, outwards."""
         reach = self.scenario.limits.gripper_height
         states = self._latest(topics.ARM_STATE.key, now)
-        held = {arm.arm for arm in states.arms}
+        sides = {arm.arm for arm in states.arms}
         axes: dict[Side, np.ndarray] = {}
         for side, end, inner in ((SIDES[0], 0, 1), (SIDES[1], -1, -2)):
-            if side in held:
+            if side in sides:
                 outwards = nodes[end] - nodes[inner]
                 outwards = outwards / np.linalg.norm(outwards)
                 axes[side] = np.array([nodes[end], nodes[end] + reach * outwards])

@@ -196,11 +196,11 @@ def _viewpoint(run: RecordedRun, size: tuple[int, int]) -> tuple[Viewpoint, Rect
         (left, upper, left + INSET_WIDTH, upper + height)
         for upper in (margin, 1.0 - margin - height)
     ]
-    found = [
+    views = [
         (frame(points, size, azimuth, AREA, None if view is None else corner), corner)
         for corner in corners
     ]
-    return min(found, key=lambda pair: pair[0].distance)
+    return min(views, key=lambda pair: pair[0].distance)
 
 
 def _show_view(picture: Picture, view: Picture, area: Rectangle) -> None:

@@ -193,28 +193,28 @@ def _ask_again(outbox: Any, entry: Entry) -> None:
     match entry.key:
         case topics.TASK_REQUEST.key:
             fields = {f.name: v for f, v in message.ListFields()}
-            given = {k: v for k, v in fields.items() if k not in ("id", "stamp", "action")}
-            outbox.request_task(message.action, words, **given)
+            options = {k: v for k, v in fields.items() if k not in ("id", "stamp", "action")}
+            outbox.request_task(message.action, words, **options)
         case topics.SCENE_REQUEST.key:
             outbox.request_scene(message.action, message.obstacle, words)
         case topics.ARM_COMMAND.key:
             fields = {f.name: v for f, v in message.ListFields()}
-            given = {k: v for k, v in fields.items() if k in COMMAND_FIELDS}
-            outbox.command_arms(message.action, _answered_state(message), words, **given)
+            options = {k: v for k, v in fields.items() if k in COMMAND_FIELDS}
+            outbox.command_arms(message.action, _answered_state(message), words, **options)
         case topics.ARM_CONSENT.key:
             outbox.consent(message.command, _answered_state(message))
         case topics.TASK_GOAL_DRAFT.key:
             grips = grip_pose(message.left), grip_pose(message.right)
             outbox.draft_goal(*grips, message.turns)
         case topics.RUN_LIST_REQUEST.key:
-            given = {"note": message.note, "star": message.star, "time": message.time}
-            outbox.request_runs(message.action, list(message.runs), words, **given)
+            options = {"note": message.note, "star": message.star, "time": message.time}
+            outbox.request_runs(message.action, list(message.runs), words, **options)
         case topics.GOAL_LIST_REQUEST.key:
             outbox.request_goals(message.action, message.name, words, message.goal)
         case topics.STACK_REQUEST.key:
             fields = {f.name: v for f, v in message.ListFields()}
-            given = {k: v for k, v in fields.items() if k not in ("id", "stamp", "action")}
-            outbox.request_stack(message.action, words, **given)
+            options = {k: v for k, v in fields.items() if k not in ("id", "stamp", "action")}
+            outbox.request_stack(message.action, words, **options)
 
 
 def _answered_state(message: Any) -> ArmStates:

@@ -36,10 +36,10 @@ def requested_scenario(request: StackRequest, base: Path) -> Scenario:
         scenario = parse(text, base.parent, source="the file")
     if request.settings:
         scenario = with_settings(scenario, request.settings)
-    known = {name for _, name, _ in _choices(own)}
+    own_names = {name for _, name, _ in _choices(own)}
     for key, name, kind in _choices(scenario):
         offered = {*kind.included, *(point.name for point in entry_points(group=kind.group))}
-        if name not in offered | known:
+        if name not in offered | own_names:
             raise ConfigurationError(
                 f"{key} = {name!r} names a class, which the page may not; start the stack with a "
                 "scenario file that names it"

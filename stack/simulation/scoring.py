@@ -242,8 +242,8 @@ class Scorer:
         if self._goal is None or self._nodes is None:
             return np.inf
         curve = polylines.resample_smooth(self._nodes, CURVE_POINTS)
-        wanted = self._goal.nodes[self._goal.counted]
-        return float(np.mean(np.min(polylines.point_distances(wanted, curve), axis=1)))
+        goal_nodes = self._goal.nodes[self._goal.counted]
+        return float(np.mean(np.min(polylines.point_distances(goal_nodes, curve), axis=1)))
 
     @property
     def reached_after(self) -> float | None:

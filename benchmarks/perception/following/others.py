@@ -100,10 +100,10 @@ class OthersFollower:
             ropes = [tube for tube in frame.tubes if 2.0 * tube.radius < MAX_DIAMETER]
             self._count(frame, others.ropes, ropes)
 
-    def _count(self, frame: TrueFrame, found: list[FollowedRope], ropes: list[Tube]) -> None:
+    def _count(self, frame: TrueFrame, followed: list[FollowedRope], ropes: list[Tube]) -> None:
         figures = self._figures
         figures.frames += 1
-        reported = np.concatenate([np.zeros((0, 3)), *(rope.points for rope in found)])
+        reported = np.concatenate([np.zeros((0, 3)), *(rope.points for rope in followed)])
         for tube in ropes:
             axis = polylines.resample(tube.nodes, POINT_COUNT)
             sight = line_of_sight(axis, tube.radius, frame.images.depth, VIEW)
@@ -111,7 +111,7 @@ class OthersFollower:
             figures.visible += len(visible)
             figures.reported += int(np.sum(_distances(visible, reported) < NEAR))
         wrong = 0
-        for rope in found:
+        for rope in followed:
             points = np.concatenate(
                 [np.zeros((0, 3)), *(part.points for part in rope.parts if part.seen)]
             )

@@ -153,9 +153,9 @@ def _tried(
     row: str, picture: UInt8[np.ndarray, "h w 3"], labels: UInt8[np.ndarray, "h w"]
 ) -> Trial:
     started = time.process_time()
-    found = detector.detect_ropes(picture)
+    detection = detector.detect_ropes(picture)
     ms = 1e3 * (time.process_time() - started)
-    return Trial(row, judge(labels, found), ms)
+    return Trial(row, judge(labels, detection), ms)
 
 
 def _figures(name: str, trials: list[Trial]) -> dict[str, Any]:
@@ -213,8 +213,8 @@ def _fitted(count: int, photographs: Path | None, diagram: Path | None) -> int:
             f"{row}: {lines}, {len(right)} of {len(own)} answers right, doubted {sum(right)}; "
             f"wrong ones doubted {sum(wrong)} of {len(wrong)}"
         )
-    found = calibration.fit(samples, weights)
+    fitted = calibration.fit(samples, weights)
     for name in ("background", "rope", "image"):
-        numbers = ", ".join(f"{c:.4f}" for c in getattr(found, name))
+        numbers = ", ".join(f"{c:.4f}" for c in getattr(fitted, name))
         print(f"{name.upper()}_COEFFICIENTS = ({numbers})")
     return 0

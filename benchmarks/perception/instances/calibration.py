@@ -97,20 +97,20 @@ def sample(
     foreground = next(iter(find_foregrounds(picture)), None)
     if foreground is None:
         return None
-    found = detector.measure_candidates(foreground)
-    size = found.likeness.shape[::-1]
+    candidates = detector.measure_candidates(foreground)
+    size = candidates.likeness.shape[::-1]
     small = np.asarray(cv2.resize(labels, size, interpolation=cv2.INTER_NEAREST), np.uint8)
-    right, on_rope = right_lines(small, found.lines)
-    shown, _ = detector.label_ropes(found.lines, found.lab)
+    right, on_rope = right_lines(small, candidates.lines)
+    shown, _ = detector.label_ropes(candidates.lines, candidates.lab)
     near = cv2.dilate(shown, np.ones((5, 5), np.uint8))
     sure = near[foreground.log_odds > detector.SURE_LOG_ODDS]
-    seen = np.bincount(sure, minlength=len(found.lines) + 1) / foreground.width**2
+    seen = np.bincount(sure, minlength=len(candidates.lines) + 1) / foreground.width**2
     return Sample(
         row,
-        [r.features for r in found.lines],
+        [r.features for r in candidates.lines],
         right,
         on_rope < MIN_ROPE_SHARE,
-        found.fragment_count,
+        candidates.fragment_count,
         seen,
     )
 
@@ -128,11 +128,11 @@ def fit(samples: Iterable[Sample], weights: Iterable[float]) -> Coefficients:
     second = fit_logistic(features[ropes], wrong[ropes], weight[ropes])
     Coefficients(first, second, p_wrong.IMAGE_COEFFICIENTS).use()
     answers = [s.answer() for s in samples]
-    known = np.array([astuple(f) for f, _, _ in answers])
-    third = fit_logistic(known, np.array([w for _, _, w in answers]), np.array(weights))
-    found = Coefficients(first, second, third)
-    found.use()
-    return found
+    image_features = np.array([astuple(f) for f, _, _ in answers])
+    third = fit_logistic(image_features, np.array([w for _, _, w in answers]), np.array(weights))
+    coefficients = Coefficients(first, second, third)
+    coefficients.use()
+    return coefficients
 
 
 def cross_validated(samples: list[Sample], weights: list[float]) -> list[Stated]:

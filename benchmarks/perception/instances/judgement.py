@@ -40,30 +40,30 @@ class Judgement:
         return self.right_number and bool(np.all(self.one_line))
 
 
-def judge(labels: UInt8[np.ndarray, "h w"], found: Detection) -> Judgement:
+def judge(labels: UInt8[np.ndarray, "h w"], detection: Detection) -> Judgement:
     """Return the judgement of a detection.
 
     Args:
         labels: 0 at the background, k at rope k, from 1 without gaps.
-        found: Detection in the same picture.
+        detection: Detection in the same picture.
     """
     count = int(labels.max())
-    overlap = dice_matrix(labels, found.labels, count, len(found.ropes))
-    right, _ = right_lines(labels, found.ropes)
+    overlap = dice_matrix(labels, detection.labels, count, len(detection.ropes))
+    right, _ = right_lines(labels, detection.ropes)
     dice = np.zeros(count)
     for i, j in zip(*linear_sum_assignment(-overlap), strict=True):
         dice[i] = overlap[i, j]
-    right_number = count == len(found.ropes)
+    right_number = count == len(detection.ropes)
     one_line = right.any(axis=1).astype(float)
-    return Judgement(right_number, dice, one_line, found.p_wrong)
+    return Judgement(right_number, dice, one_line, detection.p_wrong)
 
 
 def dice_matrix(
-    labels: UInt8[np.ndarray, "h w"], found: UInt8[np.ndarray, "h w"], count: int, found_count: int
+    labels: UInt8[np.ndarray, "h w"], shown: UInt8[np.ndarray, "h w"], count: int, shown_count: int
 ) -> Float64[np.ndarray, "n m"]:
     """Return the Dice coefficients of true and found labels, without the background."""
-    size = found_count + 1
-    both = np.bincount(labels.ravel().astype(int) * size + found.ravel(), minlength=size)
+    size = shown_count + 1
+    both = np.bincount(labels.ravel().astype(int) * size + shown.ravel(), minlength=size)
     both = np.pad(both, (0, (count + 1) * size - len(both))).reshape(count + 1, size)
     total = both.sum(axis=1)[1:, None] + both.sum(axis=0)[None, 1:]
     return 2.0 * both[1:, 1:] / np.maximum(total, 1)

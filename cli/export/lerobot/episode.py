@@ -78,8 +78,8 @@ def read_episode(recording: Recording) -> Episode:
 
 def _poses(states: ArmStates, arms: Iterable[str]) -> Float32[np.ndarray, "p"]:
     """Poses of the arms, one after the other."""
-    found = {arm.arm: [*arm.position, *arm.orientation] for arm in states.arms}
-    return np.concatenate([found[arm] for arm in arms]).astype(np.float32)
+    pose_of = {arm.arm: [*arm.position, *arm.orientation] for arm in states.arms}
+    return np.concatenate([pose_of[arm] for arm in arms]).astype(np.float32)
 
 
 def _commanded(
@@ -87,13 +87,13 @@ def _commanded(
 ) -> Float32[np.ndarray, "p"]:
     """Poses that are commanded for the next frame; the measured ones where nothing is commanded."""
     measured = {arm.arm: [*arm.position, *arm.orientation] for arm in states.arms}
-    found = {**measured}
+    pose_of = {**measured}
     if setpoints is not None and not setpoints.hold:
         time = (states.stamp + SECOND // FRAME_RATE - setpoints.t0) / setpoints.dt
         for chunk in setpoints.arms:
             pose = _interpolated(chunk, time)
-            found[chunk.arm] = [*pose.position, *pose.orientation]
-    return np.concatenate([found[arm] for arm in arms]).astype(np.float32)
+            pose_of[chunk.arm] = [*pose.position, *pose.orientation]
+    return np.concatenate([pose_of[arm] for arm in arms]).astype(np.float32)
 
 
 def _interpolated(chunk: ArmSetpoints, time: float) -> Pose:

@@ -56,11 +56,11 @@ def write(recordings: Sequence[Recording], folder: Path) -> str:
         episode = read_episode(recording)
         if not episode.frames:
             raise ValueError(f"{recording.path} holds no frame of a run with arms, rope and goal")
-        found = _features(episode)
-        if features and found != features:
+        own_features = _features(episode)
+        if features and own_features != features:
             first = recordings[0].path
             raise ValueError(f"{recording.path} has other arms, nodes or images than {first}")
-        features = found
+        features = own_features
         tasks += [episode.task] if episode.task not in tasks else []
         if not index:
             (folder / "meta").mkdir(parents=True)
@@ -84,17 +84,17 @@ def _features(episode: Episode) -> dict[str, dict[str, Any]]:
     chain = [f"{k}.{c}" for k in range(len(first[NODES]) // 3) for c in "xyz"]
     goal = [f"{k}.{c}" for k in range(len(first[GOAL]) // 3) for c in "xyz"]
     names = {STATE: pose, ACTION: pose, NODES: chain, GOAL: goal}
-    found: dict[str, dict[str, Any]] = {
+    features: dict[str, dict[str, Any]] = {
         name: {"dtype": "float32", "shape": [len(of)], "names": of} for name, of in names.items()
     }
     if IMAGE in first:
         width, height = check_image(first[IMAGE])
         shape = {"shape": [height, width, 3], "names": ["height", "width", "channels"]}
-        found[IMAGE] = {"dtype": "image", **shape}
-    found["timestamp"] = {"dtype": "float32", "shape": [1], "names": None}
+        features[IMAGE] = {"dtype": "image", **shape}
+    features["timestamp"] = {"dtype": "float32", "shape": [1], "names": None}
     for name in ("frame_index", "episode_index", "index", "task_index"):
-        found[name] = {"dtype": "int64", "shape": [1], "names": None}
-    return found
+        features[name] = {"dtype": "int64", "shape": [1], "names": None}
+    return features
 
 
 def _write_frames(

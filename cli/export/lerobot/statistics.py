@@ -56,5 +56,5 @@ def _summary(parts: list[np.ndarray], is_image: bool) -> dict[str, Any]:
         "std": values.std(0),
     }
     shape = (3, 1, 1) if is_image else (-1,)
-    found = {name: np.reshape(of, shape).tolist() for name, of in measures.items()}
-    return found | {"count": [len(parts)]}
+    summary = {name: np.reshape(of, shape).tolist() for name, of in measures.items()}
+    return summary | {"count": [len(parts)]}

@@ -29,13 +29,13 @@ def helpful_changes(scenario: Scenario) -> list[str]:
     Raises:
         ValueError: The rope has no shape at rest at the start or at the goal.
     """
-    found = []
+    helpful = []
     for words, changed in _changes(scenario):
         if _holds_goal(changed):
-            found.append(words)
-        if len(found) == MAX_CHANGES:
+            helpful.append(words)
+        if len(helpful) == MAX_CHANGES:
             break
-    return found
+    return helpful
 
 
 def _holds_goal(scenario: Scenario) -> bool:

@@ -91,15 +91,15 @@ class DirectMotionCommands:
     def _servo(self, target: np.ndarray, rest: Values, options: NamedValues) -> str:
         arm = self._arm
         names = ("t", "aheadtime" if self._context.v4 else "lookahead_time", "gain")
-        given = {**dict(zip(names, rest, strict=False)), **options}
+        settings = {**dict(zip(names, rest, strict=False)), **options}
         # ServoP of V3 states no time, and the time it takes is not documented.
         default_time = SERVO_TIME if self._context.v4 or rest or options else arm.options.servo_time
         try:
             arm.follow_point(
                 target,
-                given.get("t", default_time),
-                given.get(names[1], NOMINAL_LOOKAHEAD),
-                given.get("gain", NOMINAL_GAIN),
+                settings.get("t", default_time),
+                settings.get(names[1], NOMINAL_LOOKAHEAD),
+                settings.get("gain", NOMINAL_GAIN),
             )
         except Alarm as alarm:
             arm.alarm(*alarm.numbers)
@@ -116,10 +116,10 @@ class DirectMotionCommands:
         word = str(values[0]).strip("\"'") if values else ""
         named = {**dict(zip(("coordtype", "user", "tool"), values[1:], strict=False)), **options}
         axis, sign = word[:-1].upper(), {"+": 1.0, "-": -1.0}.get(word[-1:])
-        known = axis in JOINT_NAMES or axis in AXIS_NAMES
+        is_axis = axis in JOINT_NAMES or axis in AXIS_NAMES
         # V4 is case-sensitive.
         strict = axis if len(axis) < 2 or axis in JOINT_NAMES else axis[0] + axis[1].lower()
-        if sign is None or not known or (self._context.v4 and word[:-1] != strict):
+        if sign is None or not is_axis or (self._context.v4 and word[:-1] != strict):
             arm.stop_jog()
             return ""
         self._context.frames({k: v for k, v in named.items() if k != "coordtype"})

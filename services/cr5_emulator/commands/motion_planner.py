@@ -60,7 +60,7 @@ class MotionPlanner:
     def triggers(self, values: Values, options: NamedValues) -> tuple[Trigger, ...]:
         """Return the outputs that switch on the way: groups of mode, distance, output, state."""
         rest = values if "points" in options else values[6:]
-        found = []
+        outputs = []
         for group in rest:
             if not isinstance(group, tuple):
                 continue
@@ -71,14 +71,14 @@ class MotionPlanner:
                 raise Failure(-40002 if "points" in options else -40007)
             if output > OUTPUT_COUNT:
                 raise Failure(-1)
-            found.append(
+            outputs.append(
                 Trigger(
                     distance,
                     percent=mode == 0,
                     switch=lambda o=int(output), s=int(state): self._io_ports.set(o, s),
                 )
             )
-        return tuple(found)
+        return tuple(outputs)
 
     def to_joints(
         self, goal: Goal, options: NamedValues, triggers: tuple[Trigger, ...] = ()

@@ -174,8 +174,8 @@ class SettingCommands:
     # Frames
 
     def _choose(self, which: str, index: int) -> str:
-        known = self._arm.users if which == "user" else self._arm.tools
-        if index not in known or self.uncalibrated:
+        choices = self._arm.users if which == "user" else self._arm.tools
+        if index not in choices or self.uncalibrated:
             raise Failure(-1)
         return self._context.run_in_order(lambda: self._set(which, index))
 
@@ -196,8 +196,8 @@ class SettingCommands:
             if index not in where:
                 raise Failure(-1)
             frame, change = frames.transform(where[index]), frames.transform(np.array(offset))
-            found = change @ frame if along_parent else frame @ change
-            return self._context.numbers(frames.vector(found))
+            moved = change @ frame if along_parent else frame @ change
+            return self._context.numbers(frames.vector(moved))
 
         return run
 

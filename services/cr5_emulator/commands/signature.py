@@ -171,7 +171,7 @@ class Command:
         named = [k for k in call.options if k.partition("#")[0] in ("joint", "pose")]
         if not self.points[0] <= len(named) <= self.points[1]:
             raise Failure(WRONG_COUNT)
-        found = []
+        points = []
         for key in named:
             kind, values = key.partition("#")[0], parse_numbers(call.options[key])
             if values is None or (kind == "pose" and self.joints_only):
@@ -180,19 +180,19 @@ class Command:
                 raise Failure(OUT_OF_RANGE - 1)
             if len(values) != 6:
                 raise Failure(WRONG_TYPE - 1)
-            found.append((kind, np.array(values)))
-        return found
+            points.append((kind, np.array(values)))
+        return points
 
     def _options(self, call: Call, v4: bool) -> dict[str, Any]:
-        known = {p.key: p for p in self.optional if p.key}
+        by_key = {p.key: p for p in self.optional if p.key}
         options: dict[str, Any] = {}
         for name, text in call.options.items():
             if self.points[1] and name.partition("#")[0] in ("joint", "pose"):
                 continue
-            if name not in known:
+            if name not in by_key:
                 raise Failure(WRONG_COUNT)
             codes = (OPTION_TYPE - 1, OPTION_RANGE - 1) if v4 else self._codes(name)
-            options[name] = known[name].read(text, *codes)
+            options[name] = by_key[name].read(text, *codes)
         return options
 
     def _codes(self, name: str) -> tuple[int, int]:

@@ -132,9 +132,9 @@ class RecordedRun:
         motion = RunMotion(run=run.id)
         end = 0
         state, needs_person = IDLE, False
-        wanted = (topics.ROPE_NODES.key, topics.TASK_STATE.key, topics.ARM_STATE.key)
+        keys = (topics.ROPE_NODES.key, topics.TASK_STATE.key, topics.ARM_STATE.key)
         for path in files:
-            for entry in Recording.open(path).messages(wanted):
+            for entry in Recording.open(path).messages(keys):
                 time = entry.log_time
                 if end and time > end + AFTER_RUN:
                     break
@@ -175,7 +175,7 @@ class RecordedRun:
     def _picture(self, run: RunSummary, files: list[Path], seconds: float) -> Publication:
         """Return the picture nearest to a time; one without data where there is none."""
         best = RunPicture(run=run.id, time=float("nan"))
-        wanted = run.started + round(seconds * SECOND)
+        instant = run.started + round(seconds * SECOND)
         for path in files:
             camera = ""
             for entry in Recording.open(path).messages():
@@ -186,6 +186,6 @@ class RecordedRun:
                 time = (entry.log_time - run.started) / SECOND
                 if not best.data or abs(time - seconds) <= abs(best.time - seconds):
                     best.time, best.data = time, entry.parse().data
-                if entry.log_time > wanted:
+                if entry.log_time > instant:
                     break
         return Publication(topics.RUN_PICTURE, best)

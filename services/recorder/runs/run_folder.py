@@ -94,8 +94,8 @@ class RunFolder:
         Raises:
             OSError: It cannot be written.
         """
-        if known := self._runs.get(run.summary.id):
-            run.summary.note, run.summary.star = known.summary.note, known.summary.star
+        if kept := self._runs.get(run.summary.id):
+            run.summary.note, run.summary.star = kept.summary.note, kept.summary.star
         self._write(run)
         self._forget_oldest()
 

@@ -50,10 +50,10 @@ class RunLog:
 
     def take_task(self, task: TaskState) -> RunFile | None:
         """Take a state of the task."""
-        final, known = None, self._summary
+        final, summary = None, self._summary
         name = task.run[:MAX_NAME_LENGTH]
-        if name and (known.run, known.started) != (name, task.run_started):
-            final = self.present if known.over else None
+        if name and (summary.run, summary.started) != (name, task.run_started):
+            final = self.present if summary.over else None
             self._begin(name, task.run_started)
         self._state = task.state
         if task.run and task.state in (RUNNING, PAUSED):

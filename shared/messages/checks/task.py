@@ -46,10 +46,10 @@ def check_goal(goal: messages.Goal) -> None:
         raise ValueError("goal.part and goal.ends_only exclude each other")
     if goal.part:
         check_length("goal.part", goal.part, 2)
-        held = np.sum(messages.goal_of(goal).counted)
-        if held < MIN_PART_NODES:
+        node_count = np.sum(messages.goal_of(goal).counted)
+        if node_count < MIN_PART_NODES:
             raise ValueError(
-                f"goal.part = {list(goal.part)} m holds {held} of the goal's nodes, "
+                f"goal.part = {list(goal.part)} m holds {node_count} of the goal's nodes, "
                 f"less than {MIN_PART_NODES}"
             )
     _check_grip("goal.left", goal.left)

@@ -30,9 +30,9 @@ def test_controller_with_the_papers_rod_warms_up_and_adapts() -> None:
 
 def test_combinations_that_the_papers_rod_does_not_support_are_refused() -> None:
     control = replace(SCENARIO.control, solver="xpbd")
-    with pytest.raises(ConfigurationError, match="gives no sensitivities to method 'gauss_newton'"):
+    with pytest.raises(ConfigurationError, match=r"sensitivities.*'gauss_newton'"):
         RopeController(replace(SCENARIO, control=control))
     control = replace(control, method="network", adapt=True)
     turning = replace(SCENARIO, control=control, ends=Ends(right=End(rotates=True)))
-    with pytest.raises(ConfigurationError, match="whose ends do not rotate"):
+    with pytest.raises(ConfigurationError, match="rotate"):
         RopeController(turning)

@@ -9,8 +9,8 @@ from lariat.suggestion import did_you_mean, did_you_mean_file
 
 def test_the_most_similar_word_is_suggested_and_none_that_is_unlike():
     verbs = ["start", "status", "stop", "replay"]
-    assert did_you_mean("strat", verbs) == " did you mean 'start'?"
-    assert did_you_mean("rep", verbs) == " did you mean 'replay'?"
+    assert "'start'" in did_you_mean("strat", verbs)
+    assert "'replay'" in did_you_mean("rep", verbs)
     assert did_you_mean("quit", verbs) == ""
     assert did_you_mean("", verbs) == ""
 

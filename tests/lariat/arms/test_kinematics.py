@@ -155,9 +155,9 @@ def test_spheres_cover_every_corner_of_the_collision_bodies(robot: Robot, arm: U
 
 
 def test_what_cannot_be_an_arm_is_refused_by_name(tmp_path: Path):
-    with pytest.raises(ValueError, match="there is no URDF"):
+    with pytest.raises(ValueError, match=r"none\.urdf"):
         UrdfKinematics(tmp_path / "none.urdf", "tool0", BASE, TOOL)
-    with pytest.raises(ValueError, match=r"has no link 'flange'; its links are .*tool0"):
+    with pytest.raises(ValueError, match=r"flange.*tool0"):
         UrdfKinematics(UR5.path, "flange", BASE, TOOL)
     sliding = tmp_path / "sliding.urdf"
     sliding.write_text(
@@ -165,7 +165,7 @@ def test_what_cannot_be_an_arm_is_refused_by_name(tmp_path: Path):
         'type="prismatic"><parent link="base"/><child link="tool"/><axis xyz="0 0 1"/>'
         '<limit lower="0" upper="1" effort="1" velocity="1"/></joint></robot>'
     )
-    with pytest.raises(ValueError, match=r"joint 'turn' of .* must turn between two limits"):
+    with pytest.raises(ValueError, match=r"turn.*limits"):
         UrdfKinematics(sliding, "tool", BASE, TOOL)
     broken = tmp_path / "broken.urdf"
     broken.write_text("<robot")
@@ -257,7 +257,7 @@ def test_meshes_of_packages_elsewhere_are_found_as_ros_finds_them(
     (package / "tip.obj").write_text("v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 2 3\nf 1 2 4\n")
     for variable in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"):
         monkeypatch.delenv(variable, raising=False)
-    with pytest.raises(ValueError, match=r"arm_meshes/tip\.obj could not be found; .*PACKAGE_PATH"):
+    with pytest.raises(ValueError, match=r"tip\.obj.*PACKAGE_PATH"):
         load_arm(urdf, "tip")
     monkeypatch.setenv(name, f"{tmp_path}{os.pathsep}{installed}")
     _, geometry = load_arm(urdf, "tip")

@@ -60,7 +60,7 @@ def test_longest_chain_that_a_file_may_hold_is_followed_and_no_circle(tmp_path: 
     assert Urdf(path).chain(str(count)) == ()
     circle = joint.format("back", count, 5)
     path.write_text(f'<robot name="circle">{links}{joints}{circle}</robot>')
-    with pytest.raises(ValueError, match="joint 'jback' of the URDF is part of a circle"):
+    with pytest.raises(ValueError, match=r"'jback'.*circle"):
         Urdf(path).chain(str(count))
 
 
@@ -87,5 +87,5 @@ def test_a_link_that_is_missing_is_named():
 
 def test_a_file_that_is_no_urdf_is_named(tmp_path: Path):
     (tmp_path / "a.urdf").write_text("not xml")
-    with pytest.raises(ValueError, match=r"a\.urdf is not a URDF"):
+    with pytest.raises(ValueError, match=r"a\.urdf"):
         Urdf(tmp_path / "a.urdf")

@@ -30,7 +30,7 @@ def test_a_file_is_named_by_its_content(file: str, kind: str):
 def test_an_archive_of_arrays_is_a_zip_whatever_its_name(tmp_path: Path):
     np.savez(tmp_path / "motion.npz", a=np.zeros(3))
     path = (tmp_path / "motion.npz").rename(tmp_path / "motion.md")
-    assert kind_of(path) == "a ZIP archive, as .npz files are"
+    assert "ZIP" in kind_of(path)
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,7 @@ def test_impossible_focal_lengths_are_refused_by_name(fx: float) -> None:
 
 
 def test_looking_along_up_is_refused() -> None:
-    with pytest.raises(ValueError, match="upward direction is undefined"):
+    with pytest.raises(ValueError, match="upward"):
         looking_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 
 

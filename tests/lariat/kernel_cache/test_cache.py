@@ -182,7 +182,7 @@ def test_what_was_compiled_from_changed_sources_is_not_used(
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(subprocess, "run", compile_other)
-    with pytest.raises(RuntimeError, match="changed while it was compiled"):
+    with pytest.raises(RuntimeError, match=f"{SOURCE.name} changed"):
         cache.kernel.__wrapped__(SOURCE)
 
 
@@ -190,7 +190,7 @@ def test_a_failed_compilation_says_why(tmp_path: Path, monkeypatch: pytest.Monke
     root = checkout(tmp_path / "checkout", 4.0)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     (root / "probe" / "self_tests.py").write_text("def scale(): raise ValueError('no test')")
-    with pytest.raises(RuntimeError, match="scale could not be compiled: ValueError: no test"):
+    with pytest.raises(RuntimeError, match=r"scale.*ValueError: no test"):
         cache.kernel.__wrapped__(probe(root))
 
 
@@ -244,7 +244,9 @@ def test_without_a_compiler_and_a_kernel_the_way_out_is_named(launch: str, tmp_p
         [sys.executable, "-c", program], cwd=ROOT, env=environment, capture_output=True, text=True
     )
     last = done.stderr.splitlines()[-1]
-    assert "NoCompilerError: neither Taichi nor Quadrants is installed" in last
+    assert "NoCompilerError" in last
+    assert "Taichi" in last
+    assert "Quadrants" in last
     assert "docker compose build" in last
 
 
@@ -264,9 +266,9 @@ def test_where_nothing_can_be_kept_a_kernel_is_compiled_for_its_process(
 def test_a_compiled_kernel_refuses_other_arrays_than_it_takes() -> None:
     kernel = cache.kernel(camera_kernels.EDGES)
     depth, z_buffer, *others = map(np.asarray, edges()[0].arguments)
-    with pytest.raises(TypeError, match="array of uint16 with 2 dimensions, got int32"):
+    with pytest.raises(TypeError, match=r"uint16.*int32"):
         kernel(depth.astype(np.int32), z_buffer, *others)
-    with pytest.raises(TypeError, match="contiguous array of float32"):
+    with pytest.raises(TypeError, match=r"contiguous.*float32"):
         kernel(depth, z_buffer[:, ::2], *others)
     with pytest.raises(TypeError, match="expected 5 arguments, got 2"):
         kernel(depth, z_buffer)

@@ -55,12 +55,13 @@ def test_argument_types_are_those_of_the_signature(tmp_path) -> None:
 
 def test_a_function_of_the_runtime_that_is_not_linked_is_named(tmp_path) -> None:
     done = translated("ti.tanh(values[i])", tmp_path)
-    assert "tanh_f64, which RUNTIME_FUNCTIONS lacks" in done.stderr
+    assert "tanh_f64" in done.stderr
+    assert "RUNTIME_FUNCTIONS" in done.stderr
 
 
 def test_a_parallel_kernel_is_refused(tmp_path) -> None:
     done = translated("2.0 * i", tmp_path, serial=False)
-    assert "is no serial kernel" in done.stderr
+    assert "serial" in done.stderr
 
 
 @pytest.mark.parametrize("source", [KERNEL, *camera_kernels.SOURCES], ids=lambda s: s.name)
@@ -76,7 +77,7 @@ def test_machine_code_with_other_numbers_is_rejected() -> None:
     doubles = np.array([1.0, 2.0])
     compiler.compare([doubles * (1.0 + 1e-10)], [doubles])
     for wrong in (doubles * (1.0 + 1e-8), doubles * np.nan):
-        with pytest.raises(ValueError, match="deviates from Taichi's kernel"):
+        with pytest.raises(ValueError, match="deviates"):
             compiler.compare([wrong], [doubles])
     counts = np.array([1, 200], np.uint8)
     compiler.compare([counts + 1], [counts])

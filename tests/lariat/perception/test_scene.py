@@ -58,7 +58,7 @@ def test_added_obstacle_is_resized_at_its_place_and_one_of_the_scenario_is_not(
     assert scene.obstacles[2] == Obstacle("sphere", (0.3, 0.0, 0.1), radius=0.08, name="ball")
     scene.reset()
     assert scene.obstacles[2].radius == 0.08
-    with pytest.raises(SceneChangeRefused, match="belongs to the scenario and keeps its size"):
+    with pytest.raises(SceneChangeRefused, match="'post' belongs to the scenario"):
         scene.resize(Obstacle("cylinder", (0.0, 0.0, 0.1), radius=0.01, height=0.2, name="post"))
     with pytest.raises(SceneChangeRefused):
         scene.resize(Obstacle("sphere", (0.3, 0.0, 0.1), radius=-1.0, name="ball"))

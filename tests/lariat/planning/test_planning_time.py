@@ -40,4 +40,5 @@ def test_plan_that_runs_out_of_time_says_so(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(whole_path, "_plan", blocked)
     assert plan(problem).reason == "blocked: a wall"
     short = plan(replace(problem, planning_time=0.0))
-    assert short.reason == ("blocked: a wall; no path was found within 0 s (control.planning_time)")
+    assert short.reason.startswith("blocked: a wall; ")
+    assert "control.planning_time" in short.reason

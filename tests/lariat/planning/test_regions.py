@@ -65,7 +65,7 @@ def test_proof_of_no_path_holds_for_a_region_that_ends_at_a_wall() -> None:
     wall = replace(walled.obstacles[0], size=(2.0, 0.04, 0.4))
     closed = replace(walled, obstacles=(wall,))
     limits = replace(closed.limits, workspace=((-0.8, -0.8, 0.01), (0.8, 0.8, 0.6)))
-    assert "there is no path" in proof_of_no_path(problem(replace(closed, limits=limits)))
+    assert "no path" in proof_of_no_path(problem(replace(closed, limits=limits)))
     opened = replace(closed, limits=limits, keep_in=())
     assert proof_of_no_path(problem(opened)) == ""
 
@@ -74,7 +74,8 @@ def test_a_goal_outside_is_refused_by_name() -> None:
     inside = problem(across(0.27, 0.06))
     low = Region("cylinder", (0.0, -0.2, 0.3), radius=0.3, height=0.6, name="tray")
     path = plan(replace(inside, obstacles=(*inside.obstacles, low.body(0))))
-    assert path.reason == "blocked: the goal itself leaves region 'tray'"
+    assert path.reason.startswith("blocked: the goal")
+    assert "'tray'" in path.reason
 
 
 @pytest.mark.parametrize("shape", ["box", "cylinder"])

@@ -65,7 +65,7 @@ def test_threads_share_a_batch_without_changing_its_results(threads: int) -> Non
 
 
 def test_a_rod_without_threads_is_refused() -> None:
-    with pytest.raises(ValueError, match="threads must be at least 1, got 0"):
+    with pytest.raises(ValueError, match=r"threads.*0"):
         Rod(PROPERTIES, 12, threads=0)
 
 
@@ -82,7 +82,7 @@ def test_a_device_computes_what_machine_code_computes(device: Device) -> None:
 
 def test_a_missing_gpu_is_named_with_a_way_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ti.lang.misc, "is_arch_supported", lambda arch: False)
-    with pytest.raises(ValueError, match=r"device='cuda' needs a GPU.*use device='taichi-cpu'"):
+    with pytest.raises(ValueError, match=r"'cuda'.*GPU.*'taichi-cpu'"):
         Rod(PROPERTIES, 12, device="cuda")
 
 

@@ -217,5 +217,5 @@ def test_values_that_make_no_wire_are_refused() -> None:
             replace(PROPERTIES, **change)
     state = bent(Rod(PROPERTIES, 14))
     other = Rod(replace(PROPERTIES, yield_curvature=np.inf), 14)
-    with pytest.raises(ValueError, match=r"plastic_curvature must be finite and \(14, 0, 3\)"):
+    with pytest.raises(ValueError, match=r"plastic_curvature.*\(14, 0, 3\)"):
         other.rollout(RolloutSpec(state, np.zeros((1, 2, 6)), STEP))

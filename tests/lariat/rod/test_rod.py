@@ -189,7 +189,7 @@ def test_a_soft_rod_that_falls_onto_a_thin_bar_lies_over_it(modulus: float) -> N
 
 
 def test_grips_out_of_reach_are_refused() -> None:
-    with pytest.raises(ValueError, match="apart but the rod"):
+    with pytest.raises(ValueError, match="apart"):
         Rod(PROPERTIES, 40).rest(*grips(0.5))
 
 
@@ -228,11 +228,11 @@ def test_bad_states_and_actions_are_refused_by_name() -> None:
     with pytest.raises(ValueError, match="dt"):
         rod.rollout(RolloutSpec(state, np.zeros((5, 2, 6)), 0.0))
     durations = np.full(5, 0.01)
-    with pytest.raises(ValueError, match=r"dt must be one duration for all steps, got \[0\.01"):
+    with pytest.raises(ValueError, match=r"dt.*\[0\.01"):
         rod.rollout(RolloutSpec(state, np.zeros((5, 2, 6)), durations))  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="durations must be one for each of the 4 blocks"):
+    with pytest.raises(ValueError, match=r"durations.*4 blocks"):
         rod.settle(state, np.zeros((4, 2, 6)), durations)
-    with pytest.raises(ValueError, match="durations must be positive"):
+    with pytest.raises(ValueError, match=r"durations.*positive"):
         rod.settle(state, np.zeros((5, 2, 6)), -durations)
     with pytest.raises(ValueError, match="no parameter 'colour'"):
         rod.linearize(RolloutSpec(state, np.zeros((5, 2, 6)), 0.01), ("colour",))

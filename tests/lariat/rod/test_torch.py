@@ -103,9 +103,9 @@ def test_tensors_that_do_not_fit_are_refused_by_name() -> None:
     rod = Rod(ROPE, 6)
     state = rod.straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3])
     spec = RolloutSpec([state] * 2, np.zeros((2, 1, 2, 6)), 0.01)
-    with pytest.raises(ValueError, match="actions must have shape"):
+    with pytest.raises(ValueError, match=r"actions.*shape"):
         rollout(rod, spec, torch.zeros(1, 2, 6))
-    with pytest.raises(ValueError, match="'damping' must be one number"):
+    with pytest.raises(ValueError, match="'damping'"):
         rollout(rod, spec, parameters={"damping": torch.ones(3)})
     with pytest.raises(ValueError, match="no parameter 'weight'"):
         rollout(rod, spec, parameters={"weight": torch.ones(2)})

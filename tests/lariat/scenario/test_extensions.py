@@ -81,7 +81,7 @@ def test_a_class_without_a_required_method_is_refused():
 def test_a_fault_names_key_class_exception_and_line():
     good = own("outside:Good").create((), None)
     with (
-        pytest.raises(ExtensionFault, match=r"reset\(\) raised KeyError: 'left' \(outside.py:7\)"),
+        pytest.raises(ExtensionFault, match=r"reset\(\).*KeyError: 'left'.*outside\.py:7"),
         own("outside:Good").guarded("reset"),
     ):
         good.reset()
@@ -112,7 +112,7 @@ def test_a_recording_names_no_class_unless_it_is_allowed():
     scenario = with_method("outside:Good")
     assert [found.name for found in extensions_of(scenario)] == ["outside:Good"]
     require_allowed(scenario, ("outside:Good",))
-    with pytest.raises(ConfigurationError, match="allow it with --allow outside:Good"):
+    with pytest.raises(ConfigurationError, match="--allow outside:Good"):
         require_allowed(scenario, ("outside:Better",))
 
 

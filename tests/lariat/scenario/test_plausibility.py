@@ -66,4 +66,5 @@ def test_a_camera_out_of_its_range_is_doubted(tmp_path: Path):
     text = TEXT + '[sensing]\nsource = "camera"\nposition = [0.0, 0.0, {}]\n'
     assert doubts(parse(text.format(1.2), tmp_path)) == ()
     (line,) = doubts(parse(text.format(12.0), tmp_path))
-    assert "sensing.position is 11.7 m from the rope" in line
+    assert "sensing.position" in line
+    assert "11.7 m" in line

@@ -57,7 +57,7 @@ def test_defaults_of_the_smallest_scenario() -> None:
 
 
 def test_removed_limit_of_recordings_names_the_option_that_replaces_it() -> None:
-    with pytest.raises(ConfigurationError, match=r"recording\.keep .* `lariat up --keep GB`"):
+    with pytest.raises(ConfigurationError, match=r"recording\.keep.*--keep GB"):
         parse(f"{SMALLEST}[recording]\nkeep = 0.01\n", FOLDER)
 
 
@@ -200,12 +200,12 @@ def test_an_error_names_the_key_the_value_and_the_way_out(old: str, new: str, li
 
 
 def test_a_newer_version_is_refused_before_its_unknown_keys():
-    with pytest.raises(ConfigurationError, match="version = 2 is newer than this Lariat"):
+    with pytest.raises(ConfigurationError, match="version = 2"):
         parse("version = 2\nunheard_of = 3\n", Path())
 
 
 def test_a_version_that_is_no_number_is_refused(tmp_path: Path):
-    with pytest.raises(ConfigurationError, match=r"version = '1' must be a int"):
+    with pytest.raises(ConfigurationError, match=r"version = '1'.*int"):
         parse("version = '1'\n" + SMALLEST, tmp_path)
 
 
@@ -214,7 +214,7 @@ def test_nodes_come_from_a_small_regular_file_beside_the_scenario(tmp_path: Path
     os.mkfifo(tmp_path / "pipe")
     with (tmp_path / "large.csv").open("wb") as stream:
         stream.truncate(1 << 40)
-    with pytest.raises(ConfigurationError, match=r"cannot read nodes .*(outside|regular|larger)"):
+    with pytest.raises(ConfigurationError, match=r"nodes.*(outside|regular|larger)"):
         changed("line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]", f"nodes = '{name}'", tmp_path)
 
 
@@ -223,7 +223,7 @@ def test_a_scenario_is_a_small_regular_file(tmp_path: Path):
         stream.truncate(1 << 40)
     with pytest.raises(ConfigurationError, match="larger than 1 MiB"):
         load(tmp_path / "large.toml")
-    with pytest.raises(ConfigurationError, match="cannot read scenario /dev/zero"):
+    with pytest.raises(ConfigurationError, match="/dev/zero"):
         load("/dev/zero")
 
 
@@ -253,13 +253,13 @@ def test_every_shape_is_among_the_files(tmp_path: Path) -> None:
 
 def test_too_many_obstacles_are_refused(tmp_path: Path):
     obstacle = "[[obstacles]]\nshape = 'sphere'\nposition = [0.0, 0.9, 0.9]\nradius = 0.01\n"
-    with pytest.raises(ConfigurationError, match="301 obstacles with the table, more than 256"):
+    with pytest.raises(ConfigurationError, match=r"301 obstacles.*256"):
         parse(SMALLEST + 300 * obstacle, tmp_path)
 
 
 def test_too_many_goals_are_refused() -> None:
     goal = "[[next_goals]]\nline = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]\n"
-    with pytest.raises(ConfigurationError, match="201 next_goals and events, more than 200"):
+    with pytest.raises(ConfigurationError, match=r"201 next_goals.*200"):
         parse(SMALLEST + 201 * goal, FOLDER)
 
 
@@ -315,7 +315,7 @@ def test_a_live_plant_is_as_fine_as_real_time_allows_unless_its_nodes_are_given(
 def test_a_line_that_is_not_utf8_is_named(tmp_path: Path) -> None:
     path = tmp_path / "latin.toml"
     path.write_bytes('name = "a"\ndescription = "Schnür"\n'.encode("latin-1"))
-    with pytest.raises(ConfigurationError, match="line 2 is not UTF-8"):
+    with pytest.raises(ConfigurationError, match=r"line 2.*UTF-8"):
         load(path)
 
 
@@ -326,7 +326,7 @@ def test_friction_of_a_support_reaches_the_model_by_the_bus_and_by_the_file() ->
     assert body.friction == 0.4
     assert scene_obstacles(Scene(obstacles=[obstacle_message(body)]))[0].friction == 0.4
     assert obstacle_entry(body)["friction"] == 0.4
-    with pytest.raises(ConfigurationError, match=r"friction = 0\.4 has no effect without support"):
+    with pytest.raises(ConfigurationError, match=r"friction = 0\.4.*support"):
         parse(SMALLEST + support.replace("support = true\n", ""), FOLDER)
 
 
@@ -337,7 +337,9 @@ def test_a_cable_yields_as_its_data_sheet_says() -> None:
     true = rod_properties(scenario.plant_rope)
     assert (true.yield_curvature, true.hardening) == (30.0, 0.1)
     assert len(rod_properties(parse(SMALLEST, FOLDER).rope).layers) == 0
-    with pytest.raises(ConfigurationError, match="say the same; leave out one of them"):
+    with pytest.raises(
+        ConfigurationError, match=r"yield_curvature.*bending_radius|bending_radius.*yield_curvature"
+    ):
         parse(rope.replace("bending", "yield_curvature = 10.0\nbending"), FOLDER)
-    with pytest.raises(ConfigurationError, match=r"plant\.model = 'mujoco' keeps no bend"):
+    with pytest.raises(ConfigurationError, match=r"plant\.model = 'mujoco'"):
         parse(rope + '[plant]\nmodel = "mujoco"\n', FOLDER)

@@ -57,5 +57,5 @@ def test_a_motion_that_is_none_is_refused(times: tuple, shifts: tuple, message: 
 
 
 def test_an_axis_of_one_point_is_refused() -> None:
-    with pytest.raises(ValueError, match="give at least two"):
+    with pytest.raises(ValueError, match="two"):
         Distractor(points=((0.0, 0.0, 0.3),))

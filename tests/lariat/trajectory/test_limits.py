@@ -10,7 +10,7 @@ LIMITS = MotionLimits(0.5, 2.0, 40.0, 1.5, 6.0, 120.0)
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, np.nan])
 def test_limit_that_is_not_positive_is_named(speed: float) -> None:
-    with pytest.raises(ValueError, match=r"limits\.speed must be positive"):
+    with pytest.raises(ValueError, match=r"limits\.speed.*positive"):
         MotionLimits(speed, 2.0, 40.0, 1.5, 6.0, 120.0)
 
 

@@ -82,7 +82,7 @@ def test_start_with_an_obstruction_is_refused_with_its_reason() -> None:
     t = task()
     reason = Reason(ReasonCode.WAITING_FOR_GRIPS, {"problem": "too far apart"})
     assert not request(t, RequestAction.START, obstruction=reason)
-    assert t.refusal == "waiting for the grips: too far apart"
+    assert "too far apart" in t.refusal
 
 
 def test_goal_is_replaced_only_when_it_passes_its_checks() -> None:
@@ -155,4 +155,4 @@ def test_node_is_not_pulled_while_a_run_goes_on() -> None:
     pulled = (3, np.zeros(3))
     refused = preview(task().goal, pulled, Goals(task().goal), (), running=True)  # pyright: ignore
     assert refused.goal is None
-    assert "pause or stop it" in refused.problem
+    assert "pause" in refused.problem

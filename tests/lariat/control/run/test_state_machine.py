@@ -48,7 +48,7 @@ def test_event_leads_to_its_state(state: str, event: str) -> None:
 )
 def test_other_events_are_not_accepted(state: RunState, event: RunEvent) -> None:
     assert not accepts(state, event)
-    with pytest.raises(ValueError, match=f"{state.name} does not accept the event {event.name}"):
+    with pytest.raises(ValueError, match=f"{state.name}.*{event.name}"):
         next_state(state, event)
 
 

@@ -98,16 +98,16 @@ def test_bad_input_is_rejected_by_name() -> None:
     rod = XpbdRod(PROPERTIES, 10)
     state = rod.straight([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     still = np.zeros((1, 2, 6))
-    with pytest.raises(ValueError, match="bending_compliance must be a positive number, got -1"):
+    with pytest.raises(ValueError, match=r"bending_compliance.*-1"):
         replace(PROPERTIES, bending_compliance=-1.0)
-    with pytest.raises(ValueError, match="linear_damping must be the share lost in a second"):
+    with pytest.raises(ValueError, match="linear_damping"):
         replace(PROPERTIES, linear_damping=1.0)
-    with pytest.raises(ValueError, match="actions must be finite"):
+    with pytest.raises(ValueError, match=r"actions.*finite"):
         rod.rollout(RolloutSpec(state, np.nan * still, 0.01))
-    with pytest.raises(ValueError, match=r"dt must be one duration for all steps, got \[0\.01\]"):
+    with pytest.raises(ValueError, match=r"dt.*\[0\.01\]"):
         rod.rollout(RolloutSpec(state, still, np.array([0.01])))  # type: ignore[arg-type]
     wrong = replace(state, positions=np.zeros((9, 3)))
-    with pytest.raises(ValueError, match=r"state\.positions must be \(10, 3\)"):
+    with pytest.raises(ValueError, match=r"state\.positions.*\(10, 3\)"):
         rod.rollout(RolloutSpec(wrong, still, 0.01))
     with pytest.raises(ValueError, match="the ends are"):
         rod.rest(LEFT, Pose(np.array([0.9, 0.0, 0.3]), ALONG_X))

@@ -146,7 +146,7 @@ def test_a_dark_image_is_lost() -> None:
     estimate = CenterlineEstimator(CAMERA, ROPE).estimate(
         black, np.full((480, 640), 900, np.uint16)
     )
-    assert "no pixel is brighter than 128" in estimate.lost
+    assert "128" in estimate.lost
     assert estimate.positions.shape == (0, 3)
 
 
@@ -164,7 +164,7 @@ def test_a_bright_table_suggests_a_rope_colour() -> None:
         camera = RgbdCamera(CAMERA, seed=1)
         frame = camera.take(curve(1), ROPE.radius, (TABLE,), [table])
         estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth)
-        assert "give sensing.rope_color" in estimate.lost
+        assert "sensing.rope_color" in estimate.lost
 
 
 def test_an_image_without_depth_is_lost() -> None:
@@ -177,7 +177,7 @@ def test_an_image_of_another_size_is_lost() -> None:
     small = Camera(Intrinsics.symmetric(320, 240, math.radians(65.0)), CAMERA.T_world_camera)
     frame = taken(curve(1))
     estimate = CenterlineEstimator(small, ROPE).estimate(frame.color, frame.depth)
-    assert "the calibration is for 320 x 240" in estimate.lost
+    assert "320 x 240" in estimate.lost
 
 
 def test_a_short_piece_of_rope_is_lost() -> None:

@@ -66,7 +66,8 @@ def test_a_perception_that_raises_loses_the_rope_by_name(
     monkeypatch.syspath_prepend(str(tmp_path))
     faulty = tracker("faulty_vision:Faulty")
     lost = faulty.track(*image_of_a_straight_rope(), LEFT, RIGHT, 0).lost
-    assert "sensing.method 'faulty_vision:Faulty': locate() raised MemoryError" in lost
+    assert all(w in lost for w in ("faulty_vision:Faulty", "locate()", "MemoryError"))
     faulty.forget()
     lost = faulty.track(*image_of_a_straight_rope(), LEFT, RIGHT, 0).lost
-    assert "reset() raised OSError: no file" in lost
+    assert "reset()" in lost
+    assert "OSError: no file" in lost

@@ -37,7 +37,8 @@ def test_a_link_that_meets_a_post_is_a_fault_of_its_arm(usual: WholePath):
     fault = fault_of(two_arms(IN_THE_WAY), usual)
     assert fault is not None
     assert (fault.rule, fault.side) == ("keep_out", "left")
-    assert "a link of the left arm comes" in str(fault)
+    assert "link" in str(fault)
+    assert "left arm" in str(fault)
 
 
 def test_a_joint_that_turns_too_fast_is_a_fault(free: Problem, usual: WholePath):
@@ -82,7 +83,8 @@ def test_a_goal_that_no_arm_can_hold_is_told_before_any_search():
     assert (fault.rule, fault.side) == ("keep_out", "left")
     path = plan(problem)
     assert not path.reached
-    assert path.reason.startswith("unreachable: at the goal itself, a link of the left arm")
+    assert path.reason.startswith("unreachable: at the goal")
+    assert "left arm" in path.reason
 
 
 def test_a_start_in_an_obstacle_is_told():

@@ -15,8 +15,9 @@ __all__ = ["behind_the_wall"]
 def test_a_closed_wall_of_10_mm_leaves_no_path(behind_the_wall: Problem) -> None:
     wall = Obstacle("box", (0.0, 0.0, 1.0), size=(3.0, 0.01, 2.0), name="wall")
     reason = proof_of_no_path(replace(behind_the_wall, obstacles=(TABLE, wall)))
-    assert reason.startswith("blocked: there is no path")
-    assert "left gripper, 34 mm wide" in reason
+    assert reason.startswith("blocked")
+    assert "left gripper" in reason
+    assert "34 mm" in reason
 
 
 def test_no_proof_where_the_gripper_just_passes(behind_the_wall: Problem) -> None:

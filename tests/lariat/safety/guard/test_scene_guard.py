@@ -54,7 +54,7 @@ def test_scene_with_one_invalid_obstacle_is_refused_whole(
 
 def test_too_many_obstacles_and_equal_names_are_refused(guard: SceneGuard) -> None:
     many = [replace(BALL, name=f"ball {k}") for k in range(MAX_OBSTACLES + 1)]
-    with pytest.raises(ValueError, match="257 obstacles; the gateway takes 256"):
+    with pytest.raises(ValueError, match=r"257.*256"):
         guard.admit(many)
     with pytest.raises(ValueError, match="the same name"):
         guard.admit([BALL, BALL])

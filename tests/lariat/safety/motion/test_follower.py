@@ -61,7 +61,7 @@ def test_checked_chunk_is_followed_to_its_resting_end() -> None:
 
 def test_chunk_across_an_obstacle_is_refused_by_name_and_nothing_is_followed() -> None:
     made = follower(Obstacle("sphere", (0.2, 0.1, 0.3), radius=0.03))
-    with pytest.raises(ChunkRefused, match=r"keep_out: broken by 0\.0") as refused:
+    with pytest.raises(ChunkRefused, match=r"keep_out.*0\.0") as refused:
         made.check(chunk((0.2, 0.1, 0.3)), NOW)
     assert refused.value.rule == "keep_out"
     assert not made.following

@@ -58,5 +58,5 @@ def test_a_frame_repeats_with_its_seed() -> None:
 
 
 def test_a_share_beyond_one_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"hole_share is a share in 0\.\.1, got 1\.5"):
+    with pytest.raises(ValueError, match=r"hole_share.*1\.5"):
         DepthFaults(hole_share=1.5)

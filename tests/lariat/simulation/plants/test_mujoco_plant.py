@@ -235,5 +235,5 @@ def test_a_simulation_that_diverges_is_refused_and_writes_no_file(
     far = Pose(np.array([1e6, 0.0, 0.3]), ALONG_X)
     with pytest.raises(ConfigurationError, match="diverges with 30 nodes"):
         plant.step(EndMotion(LEFT), EndMotion(far), 0.01)
-    assert "MuJoCo: Nan, Inf or huge value" in caplog.text
+    assert "Nan, Inf" in caplog.text
     assert not list(tmp_path.iterdir())

@@ -3,15 +3,14 @@
 The address names ROS 2's router and the controller, `tcp/HOST:7447/joint_trajectory_controller`.
 Joint angles stream as trajectories of one point on the controller's topic, or, where there is none,
 as goals of its action `follow_joint_trajectory`, each of which takes the place of the one before.
-The controller ends at its last point when the stream ends. An arm whose `/joint_states` stop is a
-lost link. It has not been run on a robot.
+The controller ends at its last point when the stream ends. An arm whose `/joint_states` stop for
+five of their periods is a lost link. It has not been run on a robot.
 """
 
 from __future__ import annotations
 
 import logging
 import threading
-import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,8 +37,12 @@ GOAL_LOOKAHEAD = SECOND // 10
 """The same where every point is a goal, which waits until the one before is accepted [ns]."""
 GOAL_PERIOD = 0.05
 """Least time between two goals [s], in which the end of the one before is heard of."""
-STALE_TIME = 0.1
-"""Age of the joint state above which the arm counts as silent [s]."""
+SILENT_PERIODS = 5.0
+"""Number of periods of the joint state after which the arm counts as silent [-]."""
+SILENCE = (0.04, 0.1)
+"""Least and largest age of the joint state from which it does [s]."""
+PERIOD_SMOOTHING = 0.05
+"""Share of the newest time between two joint states in their period [-]."""
 RETRY_TIME = 1.0
 """Time between two attempts to join the graph [s]."""
 JOINT_STATES = Qos(depth=2)
@@ -71,11 +74,10 @@ class _Goals:
         """Whether the controller serves the action."""
         return self._client.matched
 
-    @property
-    def free(self) -> bool:
-        """Whether the next goal can be sent."""
+    def free(self, time: float) -> bool:
+        """Return whether the next goal can be sent at a time [s]."""
         answered = self._sent is None or self._sent.accepted is not None
-        return not self.problem and answered and _now() - self._sent_at >= GOAL_PERIOD
+        return not self.problem and answered and time - self._sent_at >= GOAL_PERIOD
 
     def poll(self) -> None:
         """Take the controller's answers to the newest goal."""
@@ -93,7 +95,7 @@ class _Goals:
         if self.problem:
             self._sent = None
 
-    def send(self, trajectory: Any) -> None:
+    def send(self, trajectory: Any, time: float) -> None:
         """Send a trajectory, which replaces the one that is executed."""
         if self._sent is not None:
             self._client.forget(self._sent.id)
@@ -108,7 +110,7 @@ class _Goals:
             component_goal_tolerance=[],
             goal_time_tolerance=duration(0),
         )
-        self._sent, self._sent_at = self._client.send(goal), _now()
+        self._sent, self._sent_at = self._client.send(goal), time
 
 
 class Ros2Arm:
@@ -134,7 +136,9 @@ class Ros2Arm:
         self._joints: Joints | None = None
         self._velocities: Joints | None = None
         self._heard = -np.inf
-        """Monotonic time of the newest joint state [s]."""
+        """Time of the newest joint state [s]."""
+        self._period = SILENCE[1] / SILENT_PERIODS
+        """Mean time between two [s]."""
 
     def enable(self) -> None:
         self._enabled = True
@@ -159,9 +163,12 @@ class Ros2Arm:
         link = self._link
         if link is None:
             return ArmReading(None, connected=False, faults=(self._problem,), mode="no router")
-        for message in link.states.take():
-            self._take(message)
-        heard = _now() - self._heard < STALE_TIME
+        if taken := sum(self._take(message) for message in link.states.take()):
+            if np.isfinite(self._heard):
+                share = 1.0 - (1.0 - PERIOD_SMOOTHING) ** taken
+                self._period += share * ((time - self._heard) / taken - self._period)
+            self._heard = time
+        heard = time - self._heard < min(max(SILENT_PERIODS * self._period, SILENCE[0]), SILENCE[1])
         streams = link.commands.matched
         link.goals.poll()
         # A controller that has gone is a lost link as well: it is heard of before the silence.
@@ -169,8 +176,8 @@ class Ros2Arm:
         if target is not None and self._enabled and heard and follows:
             if streams:
                 link.commands.put(self._trajectory(target, LOOKAHEAD))
-            elif link.goals.free:
-                link.goals.send(self._trajectory(target, GOAL_LOOKAHEAD))
+            elif link.goals.free(time):
+                link.goals.send(self._trajectory(target, GOAL_LOOKAHEAD), time)
         problem = link.goals.problem if self._enabled and not streams else ""
         if not follows:
             problem = "neither subscribes to joint_trajectory nor serves follow_joint_trajectory"
@@ -202,16 +209,16 @@ class Ros2Arm:
                 self._problem = str(error)
                 self._ended.wait(RETRY_TIME)
 
-    def _take(self, message: Any) -> None:
-        """Take the angles of a joint state that has all joints of this arm."""
+    def _take(self, message: Any) -> bool:
+        """Take the angles of a joint state that has all joints of this arm; whether it does."""
         places = {name: k for k, name in enumerate(message.name)}
         if not places.keys() >= set(self._names) or len(message.position) != len(message.name):
-            return
+            return False
         order = [places[name] for name in self._names]
         self._joints = np.asarray(message.position, float)[order]
         whole = len(message.velocity) == len(message.name)
         self._velocities = np.asarray(message.velocity, float)[order] if whole else None
-        self._heard = _now()
+        return True
 
     def _trajectory(self, target: Joints, lookahead: int) -> Any:
         point = ros(
@@ -236,7 +243,3 @@ def _address(setup: ArmSetup) -> tuple[str, str]:
             "'tcp/ROUTER:7447/joint_trajectory_controller'"
         )
     return f"{scheme}/{place}", controller.strip("/")
-
-
-def _now() -> float:
-    return time.monotonic()

@@ -45,8 +45,8 @@ PERIOD_SMOOTHING = 0.05
 """Share of the newest time between two joint states in their period [-]."""
 RETRY_TIME = 1.0
 """Time between two attempts to join the graph [s]."""
-JOINT_STATES = Qos(depth=2)
-"""Quality of the joint state: the newest counts."""
+JOINT_STATES = Qos(depth=8)
+"""Quality of the joint state: the newest counts, all are counted."""
 
 
 @dataclass(frozen=True)

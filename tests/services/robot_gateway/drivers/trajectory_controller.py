@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -29,23 +29,30 @@ class TrajectoryController:
     """Arm whose drives follow the points of trajectories, interpolated from the last command."""
 
     def __init__(
-        self, router: str, names: list[str], start: np.ndarray, action: bool = False
+        self,
+        router: str,
+        names: list[str],
+        start: np.ndarray,
+        action: bool = False,
+        controller: str = CONTROLLER,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """With `action`, it has no topic, but serves goals; each replaces the one before."""
-        self.node = Node("controller_manager", router=router)
+        self.node = Node(f"{controller}_manager", router=router)
+        self._clock = clock
         self.server = self._commands = None
         if action:
-            name = f"/{CONTROLLER}/follow_joint_trajectory"
+            name = f"/{controller}/follow_joint_trajectory"
             self.server = ActionServer(self.node, name, FOLLOW_TRAJECTORY)
         else:
-            self._commands = self.node.subscription(f"/{CONTROLLER}/joint_trajectory", TRAJECTORY)
+            self._commands = self.node.subscription(f"/{controller}/joint_trajectory", TRAJECTORY)
         self.rejects, self.gives_up = False, ""
         self._goal: ServerGoal | None = None
         self._states = self.node.publisher("/joint_states", "sensor_msgs/msg/JointState")
         self._names, self.joints = names, np.array(start, float)
         self._from, self._to = self.joints.copy(), self.joints.copy()
         self._begun, self._duration = 0.0, 0.0
-        self._time = time.monotonic()
+        self._time = self._clock()
         self.points = 0
         self.deaf = False
 
@@ -57,7 +64,7 @@ class TrajectoryController:
 
     def step(self) -> None:
         """Advances to the present time."""
-        now = time.monotonic()
+        now = self._clock()
         elapsed, self._time = now - self._time, now
         for message in () if self.deaf else self._taken():
             self._from, self._begun = self._command(now), now
@@ -92,7 +99,7 @@ class TrajectoryController:
                 self.end_goal(Status.ABORTED, -4, self.gives_up)
                 continue
             yield goal.message.trajectory
-        if self._goal and time.monotonic() - self._begun > self._duration:
+        if self._goal and self._clock() - self._begun > self._duration:
             self.end_goal(Status.SUCCEEDED)
 
     def run(self) -> None:

@@ -28,7 +28,7 @@ ReportProgress = Callable[[str, float], None]
 MAX_PROFILE_KNOTS = 7
 """Largest number of knots of a profile."""
 MIN_NOISE = 5e-4
-"""Smallest standard deviation of a prediction [m]."""
+"""Smallest standard deviation of a prediction [m]: that of a rod in place of the rope."""
 INDEPENDENT_SHARE = 1.0 / 50.0
 """Share of the measured points whose errors are independent, for the balance with the prior [-].
 The stated covariance follows from the scatter of blocks instead."""
@@ -170,7 +170,8 @@ class _Search:
     ) -> Float64[np.ndarray, "P P"]:
         """Return the covariance of errors that all blocks share, so that their scatter hides them.
 
-        All follow from what other predictions change in the fit, to first order. Nodes and time
+        Of a rod that is a model, `MIN_NOISE` at as few independent points as the fit assumes. The
+        others follow from what other predictions change in the fit, to first order. Nodes and time
         steps: Richardson's extrapolation from a finer rod. Tangents at `measured` grips: those of
         a polynomial of the next degree. Noise of grips, initial states and lengths: a parametric
         bootstrap (Efron and Tibshirani, 1993) with the noise of the vertices.
@@ -189,9 +190,11 @@ class _Search:
 
         def error(change: Float64[np.ndarray, "B H k 3"]) -> Float64[np.ndarray, "P"]:
             moved = descent(residuals + change.reshape(-1, 3)) - at_minimum
-            return np.linalg.solve(found.information, moved)
+            return inner @ moved
 
-        covariance = np.zeros_like(found.information)
+        inner = np.linalg.inv(found.information)
+        of_data = found.information - self.information
+        covariance = (MIN_NOISE / self.noise) ** 2 * inner @ of_data @ inner
         for nodes, substeps, factor in ((2, 1, NODE_REFINEMENT), (1, 2, STEP_REFINEMENT)):
             finer = twin.refined(nodes, substeps)
             of_resolution = factor * error(predicted - finer.predict(properties, windows))

@@ -103,9 +103,11 @@ def covariance(
     """Return the covariance of the unknowns at a minimum, whatever the errors' correlation is.
 
     Sandwich estimator: between the curvatures stands the measured scatter of the gradients of
-    blocks of measurements, whose errors may be correlated within a block. Few blocks show the
-    scatter in few directions; with a share of P / (P + blocks), that of P unknowns is therefore
-    the scatter that independent errors would have, times its mean excess over all directions.
+    blocks of measurements, whose errors may be correlated within a block. Each gradient is
+    corrected for what its block has itself drawn the minimum to it (CR3, Bell and McCaffrey, 2002).
+    Few blocks show the scatter in few directions; with a share of P / (P + blocks), that of P
+    unknowns is therefore the scatter that independent errors would have, times its mean excess over
+    all directions.
 
     Args:
         blocks: Evidence of each block, prior excluded.
@@ -114,12 +116,18 @@ def covariance(
     """
     inside = np.ix_(free, free)
     information = sum((b.information for b in blocks), np.zeros_like(prior))[inside]
-    inner = np.linalg.inv(information + prior[inside])
+    total = information + prior[inside]
+    inner = np.linalg.inv(total)
     scatter = information
     if len(blocks) > 1:
-        scores = np.stack([b.descent[free] for b in blocks])
+        scores = np.stack(
+            [
+                total @ np.linalg.solve(total - b.information[inside], b.descent[free])
+                for b in blocks
+            ]
+        )
         scores = scores - scores.mean(axis=0)
-        measured = scores.T @ scores * len(blocks) / (len(blocks) - 1)
+        measured = scores.T @ scores * (len(blocks) - 1) / len(blocks)
         excess = float(np.trace(inner @ measured) / np.trace(inner @ information))
         share = len(information) / (len(information) + len(blocks))
         scatter = share * excess * information + (1.0 - share) * measured

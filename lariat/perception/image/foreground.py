@@ -93,6 +93,12 @@ def find_foregrounds(
     image = np.asarray(image, np.uint8)
     lab = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2LAB), np.uint8)
     every = [rope_log_odds(image) + ADDED_LOG_ODDS]
+    # The network takes thick ropes without light and shade for print, but not at half their size.
+    half = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    coarse = cv2.resize(rope_log_odds(half), image.shape[1::-1]) + ADDED_LOG_ODDS
+    unseen = (coarse > MAX_LOG_ODDS) & (every[0] < PERHAPS_LOG_ODDS)
+    if np.any(_long_pieces(unseen.view(np.uint8), 0.0)[0]):
+        every.append(np.maximum(every[0], coarse))
     if wanted is not None:
         told = (SAME_COLOR_DISTANCE - color_distance(lab, wanted)) / COLOR_DISTANCE_SCALE
         every.append(np.maximum(every[0], told))

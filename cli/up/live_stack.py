@@ -45,6 +45,8 @@ from stack.scenario_manager.scenario_manager import ScenarioManager
 
 RECORDINGS = RecorderOptions().folder
 """Folder of the recorder."""
+MAX_PORT = 65535
+"""Largest TCP port."""
 CAMPAIGN_FOLDER = RECORDINGS / "campaigns"
 """Folder of the tables of campaigns."""
 
@@ -196,12 +198,14 @@ def _check_emulator_ports(side: Side) -> None:
 
 
 def _check_free(host: str, port: int, hint: str) -> None:
+    if not 0 < port <= MAX_PORT:
+        raise ConfigurationError(f"port {port} does not exist; give 1 to {MAX_PORT}")
     with socket.socket() as probe:
         # As servers do: a port whose connection ended a moment ago is free.
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind((host, port))
-        except (OSError, OverflowError) as error:
+        except OSError as error:
             raise ConfigurationError(
                 f"port {port} of {host} cannot be opened ({error}); {hint}"
             ) from None

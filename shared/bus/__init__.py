@@ -12,7 +12,7 @@ sequence numbers, and counted. A message larger than its topic allows is dropped
 
 from __future__ import annotations
 
-from shared.bus.keys import key_expression
+from shared.bus.keys import check_namespace, key_expression
 from shared.bus.message_check import RawMessage
 from shared.bus.options import DEFAULT_HUB, BusError, BusOptions, Unreachable
 from shared.bus.publisher import Publisher
@@ -30,6 +30,7 @@ __all__ = [
     "RawSubscription",
     "Subscription",
     "Unreachable",
+    "check_namespace",
     "key_expression",
     "open",
 ]

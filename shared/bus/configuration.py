@@ -8,8 +8,8 @@ from typing import Any
 
 import zenoh
 
-from shared.bus.keys import key_expression
-from shared.bus.options import BusError, BusOptions
+from shared.bus.keys import check_namespace, key_expression
+from shared.bus.options import BusError, BusOptions, reason_of
 from shared.topics import MAX_IMAGE_SIZE, TOPICS
 
 HEADER_SIZE = 4096
@@ -36,6 +36,7 @@ def zenoh_configuration(options: BusOptions, timeout: float | None) -> zenoh.Con
     Raises:
         BusError: A setting is wrong.
     """
+    check_namespace(options.namespace)
     settings: dict[str, Any] = {
         "mode": options.mode,
         "namespace": options.namespace,
@@ -65,7 +66,7 @@ def zenoh_configuration(options: BusOptions, timeout: float | None) -> zenoh.Con
         except zenoh.ZError as error:
             # A private key or a password must not get into a log.
             shown = "…" if key.startswith(SECRET_SETTINGS) else json.dumps(value)
-            raise BusError(f"Zenoh refuses {key} = {shown}: {error}") from None
+            raise BusError(f"Zenoh refuses {key} = {shown}: {reason_of(error)}") from None
     return config
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -33,3 +34,11 @@ class BusError(ValueError):
 
 class Unreachable(BusError):
     """No process answers at the endpoints of the bus."""
+
+
+def reason_of(error: Exception) -> str:
+    """Return what an error of Zenoh says, in one line without places in its source."""
+    (line, *_) = str(error).splitlines() or [""]
+    if message := re.search(r'msg: "(.*?)"(?:,|\))', line):
+        line = message[1]
+    return re.sub(r" at /\S+:\d+\.?", "", line)

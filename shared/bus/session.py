@@ -11,7 +11,7 @@ import zenoh
 from shared.bus.configuration import zenoh_configuration
 from shared.bus.lingering import close_at_once
 from shared.bus.message_check import RawMessage
-from shared.bus.options import BusError, BusOptions, Unreachable
+from shared.bus.options import BusError, BusOptions, Unreachable, reason_of
 from shared.bus.publisher import Publisher
 from shared.bus.subscription import RawSubscription, Subscription
 from shared.runtime.clock import Clock, SystemClock
@@ -42,7 +42,7 @@ def open(
     try:
         session = zenoh.open(zenoh_configuration(options, timeout))
     except zenoh.ZError as error:
-        raise _bus_error(options, str(error)) from None
+        raise _bus_error(options, error) from None
     # An open session with subscribers keeps the interpreter from exiting.
     try:
         close_at_once(session)
@@ -97,12 +97,13 @@ class Bus:
         return {str(r.ok.key_expr).removeprefix("alive/") for r in replies if r.ok is not None}
 
 
-def _bus_error(options: BusOptions, error: str) -> BusError:
-    """Error in the user's terms, from the text of an error of Zenoh."""
+def _bus_error(options: BusOptions, error: Exception) -> BusError:
+    """Error in the user's terms, from one of Zenoh."""
+    text = str(error)
     connect = ", ".join(options.connect)
-    if "already in use" in error:
+    if "already in use" in text:
         return BusError(f"{', '.join(options.listen)} is taken; is another stack running there?")
-    if "nable to connect" in error:
+    if "nable to connect" in text:
         hint = " (credentials that it refuses look the same)" if options.settings else ""
         return Unreachable(f"no stack answers at {connect}{hint}; is `lariat up` running?")
-    return BusError(f"cannot join the bus at {connect}: {error.splitlines()[0]}")
+    return BusError(f"cannot join the bus at {connect}: {reason_of(error)}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import ipaddress
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,8 @@ from stack.credentials.private_file import write_private
 
 AUTHORITY_NAME = "Lariat cell"
 """Common name of the authority's own certificate."""
+_LABEL = r"[a-z0-9_](?:[a-z0-9_-]{0,61}[a-z0-9_])?"
+_HOST_NAME = re.compile(rf"(?=.{{1,253}}$)(?:{_LABEL}\.)*(?!\d+$){_LABEL}", re.IGNORECASE)
 CLOCK_MARGIN = datetime.timedelta(days=1)
 """Time before its making from which a certificate is valid: clocks of machines differ."""
 
@@ -108,6 +111,23 @@ class Authority:
         builder = builder.add_extension(issued_by, False)
         signed = builder.sign(self._key, hashes.SHA256())
         return Credential(signed.public_bytes(serialization.Encoding.PEM), _private_pem(key))
+
+
+def check_address(address: str) -> None:
+    """Check the address of a router.
+
+    Raises:
+        ConfigurationError: It is neither an IP address nor a host name.
+    """
+    if _HOST_NAME.fullmatch(address):
+        return
+    try:
+        ipaddress.ip_address(address)
+    except ValueError:
+        raise ConfigurationError(
+            f"--address {address!r} is neither an IP address nor a host name; give one such as "
+            "192.168.5.2 or cell.lab"
+        ) from None
 
 
 def days_left(certificate: bytes) -> float:

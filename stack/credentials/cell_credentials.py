@@ -17,12 +17,15 @@ from typing import Any
 
 from lariat.configuration import ConfigurationError
 from lariat.files.file_kind import kind_of
+from shared.bus import check_namespace
 from stack.credentials.access_control import ROUTER, USERS, access_control
-from stack.credentials.authority import Authority, Credential, days_left
+from stack.credentials.authority import Authority, Credential, check_address, days_left
 from stack.credentials.private_file import write_private
 
 SETTINGS_FILE = "bus.json"
 """Name of a user's settings file in its folder."""
+MAX_DAYS = 36500
+"""Longest time for which a certificate is valid [d]."""
 RENEWAL_TIME = 30.0
 """Time before its end in which a certificate is renewed [d]."""
 _TLS = "transport/link/tls"
@@ -41,8 +44,15 @@ def make_credentials(
         renew: Whether all are made anew, the authority included.
 
     Raises:
-        ConfigurationError: The folder cannot be written, or holds a broken authority.
+        ConfigurationError: An argument is out of range, the folder cannot be written, or it holds a
+            broken authority.
+        BusError: The namespace names no cell.
     """
+    check_namespace(namespace)
+    if not 1 <= days <= MAX_DAYS:
+        raise ConfigurationError(f"--days is {days}; give 1 to {MAX_DAYS}")
+    for address in addresses:
+        check_address(address)
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(f"{folder} is {kind_of(folder)}; name a folder for credentials")
     try:

@@ -1,4 +1,4 @@
-"""Made-up input of every verb that reads files: an exit code, one line for a refusal, and no word
+"""Made-up input of every verb: an exit code, one line for a refusal, and no word
 of a library. FUZZ_COUNT examples of each kind instead of a few, anew each time, with that variable.
 """
 
@@ -7,8 +7,9 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import socket
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -20,9 +21,10 @@ from hypothesis import strategies as st
 
 from benchmarks.faults.fuzz.strategies import spoiled
 from cli import __main__ as lariat
-from cli import goal, run, show
+from cli import goal, run, show, watch
 from lariat.arms.description import CR5_URDF
 from shared.bus import Unreachable
+from stack import client
 
 ROOT = Path(__file__).parents[2]
 COUNT = "FUZZ_COUNT"
@@ -279,3 +281,113 @@ def test_recordings(call: Call, tmp_path: Path, recording: bytes, use: str) -> N
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     call("export", "a.mcap", "--to", use, "--output", folder / "a.mp4")
+
+
+def options(**values: st.SearchStrategy[Any]) -> st.SearchStrategy[list[Any]]:
+    """Words of some of these options."""
+    chosen = st.fixed_dictionaries({}, optional=values)
+    return chosen.map(
+        lambda each: [w for k, v in each.items() for w in (f"--{k.replace('_', '-')}", v)]
+    )
+
+
+NAMES = st.sampled_from(["cell", "a/b", "é", "a b", "", "*", "//", ".."]) | st.text(max_size=6)
+NOBODY = "tcp/127.0.0.1:1"
+"""Endpoint at which nothing listens."""
+ENDPOINTS = st.just(NOBODY) | st.sampled_from(
+    ["", "x", "tcp/", "tcp/127.0.0.1", "127.0.0.1:1", "tcp/127.0.0.1:99999", "tcp/[::1]:1"]
+    + [f"{kind}/127.0.0.1:1" for kind in ("tls", "udp", "ws", "none", "unixsock-stream")]
+)
+SETTINGS = st.binary(max_size=20) | st.dictionaries(
+    st.sampled_from(["mode", "x", "", "transport/auth/usrpwd/user", "transport/link/tls"]), VALUES
+).map(lambda table: json.dumps(table).encode())
+FILES = st.sampled_from(["a.json", "none.json", "/dev/null", "/proc/x", ".", ""])
+PORTS = st.sampled_from([0, -1, 1, 80, 65535, 65536, 2**70, "x"])
+CELLS = options(
+    namespace=st.just("cell") | NAMES,
+    mode=st.sampled_from(["peer", "client", "x"]),
+    settings=FILES,
+)
+SCENARIOS = st.sampled_from(["fixed-end", "none", ".", "", "a.json"])
+CLIENTS = st.one_of(
+    st.sampled_from(
+        [["status"], ["status", "--json"]]
+        + [[verb] for verb in ("pause", "stop", "reset", "restore", "arm", "disarm", "ack")]
+    ),
+    st.builds(lambda more: ["start", *more], options(scenario=SCENARIOS)),
+    st.builds(lambda x: ["approach", x], NUMBERS | NAMES),
+    st.builds(lambda x, more: ["grip", x, *more], NAMES | st.just("open"), options(side=NAMES)),
+    st.builds(lambda x, more: ["goal", x, *more], SCENARIOS | FILES, options(scale=NUMBERS)),
+    st.builds(lambda x: ["goal", "--line", *x], st.lists(NUMBERS, min_size=6, max_size=6)),
+    st.builds(lambda more: ["watch", *more], options(port=PORTS, token_file=FILES)),
+)
+
+
+@fuzz
+@given(CLIENTS, ENDPOINTS, CELLS, SETTINGS)
+def test_clients(
+    call: Call,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    words: list[Any],
+    endpoint: str,
+    cell: list[Any],
+    content: bytes,
+) -> None:
+    for module in (client, watch):
+        monkeypatch.setattr(module, "JOIN_TIMEOUT", 0.05)
+    monkeypatch.setattr(goal, "connect", client.connect)
+    (tmp_path / "a.json").write_bytes(content)
+    call(*words, "--connect", endpoint, *cell)
+
+
+@pytest.fixture
+def taken_port() -> Iterator[int]:
+    """Port that another process holds, so that no stack starts on it."""
+    with socket.socket() as holder:
+        holder.bind(("127.0.0.1", 0))
+        holder.listen()
+        yield holder.getsockname()[1]
+
+
+@fuzz
+@given(
+    shipped("fixed-end", "rope", "over-a-bar", "markers") | st.just("name = 'x'"),
+    options(
+        namespace=NAMES,
+        dashboard_port=PORTS,
+        dashboard_address=NAMES,
+        dashboard_password_file=FILES,
+        keep=NUMBERS,
+        ros2_router=ENDPOINTS,
+        saved_scenarios=FILES,
+    ),
+    st.none() | st.sampled_from([0, -1, 65536, 2**70, "x"]),
+)
+def test_stacks(
+    call: Call, tmp_path: Path, taken_port: int, text: str, words: list[Any], port: object
+) -> None:
+    shutil.copytree(ROOT / "scenarios/goals", tmp_path / "goals", dirs_exist_ok=True)
+    (tmp_path / "a.toml").write_text(text)
+    assert call("up", "a.toml", *words, "--port", taken_port if port is None else port)
+
+
+@fuzz
+@given(
+    st.sampled_from(["out", "a.toml", "/dev/null", "/proc/x", ""]),
+    options(
+        address=NAMES | st.sampled_from(["127.0.0.1", "a" * 300, "*.lab", "256.0.0.1", "a_b"]),
+        namespace=st.just("cell") | NAMES,
+        days=st.sampled_from([-1, 0, 1, 365, 36500, 3_000_000, 2**70]),
+    ),
+    st.binary(max_size=9) | st.none(),
+)
+def test_certificates(
+    call: Call, tmp_path: Path, folder: str, words: list[Any], key: bytes | None
+) -> None:
+    (tmp_path / "a.toml").write_text("")
+    shutil.rmtree(tmp_path / "out", ignore_errors=True)
+    if key is not None:
+        (tmp_path / "out/authority").mkdir(parents=True)
+        (tmp_path / "out/authority/key.pem").write_bytes(key)
+    call("certs", folder, *words)

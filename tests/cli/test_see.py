@@ -15,6 +15,8 @@ from lariat.perception.image.p_wrong import DOUBTFUL
 from tests.lariat.perception.lines.test_segmentation import GREY, ORANGE, taken
 from tests.services.perception.scenes import CAMERA, curve
 
+FIELD = Path(__file__).parents[3] / "shared" / "data" / "field"
+
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
@@ -168,3 +170,22 @@ def test_people_get_a_table(folder: Path, capsys: pytest.CaptureFixture) -> None
     dimensions = ["--length", "0.5", "--diameter", "0.008"]
     assert main(["see", str(folder / "rope.png"), *options, *dimensions]) == 0
     assert "40 nodes" in capsys.readouterr().out
+
+
+@pytest.mark.skipif(not FIELD.is_dir(), reason="pictures of others are not part of the repository")
+@pytest.mark.parametrize(
+    ("words", "colors"),
+    [((), {"orange": 2, "blue": 1}), (("--color", "240", "110", "50"), {"orange": 2})],
+)
+def test_flat_ropes_of_one_colour_are_two_that_cross_once(
+    words: tuple[str, ...], colors: dict[str, int], capsys: pytest.CaptureFixture
+) -> None:
+    assert main(["see", str(FIELD / "two_orange.png"), *words, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    seen = [rope["color"] for rope in answer["ropes"]]
+    names = ["orange" if red > blue else "blue" for red, _, blue in seen]
+    assert {name: names.count(name) for name in names} == colors
+    (crossing,) = answer["crossings"]
+    assert np.linalg.norm(np.subtract(crossing["at"], (131, 100))) < 8.0
+    assert {names[k] for k in crossing["ropes"]} == {"orange"}
+    assert answer["p_wrong"] < DOUBTFUL

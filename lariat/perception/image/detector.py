@@ -147,8 +147,12 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
     if not found:
         nothing = np.zeros(color.shape[:2], np.uint8)
         return Detection([], [], nothing, nothing, image_features([], [], 0, 0.0), 0)
-    # A colour adds what the network does not see, or grounds of the same colour.
-    return max(found, key=lambda d: (sum(r.p_wrong < DOUBTFUL for r in d.ropes), len(d.ropes) > 0))
+    # A colour adds what the network does not see, or grounds of the same colour; half the size adds
+    # what it sees there alone.
+    told = wanted is not None
+    return max(
+        found, key=lambda d: (sum(r.p_wrong < DOUBTFUL for r in d.ropes), told and len(d.ropes) > 0)
+    )
 
 
 def measure_candidates(

@@ -79,9 +79,10 @@ class Foreground:
 def find_foregrounds(
     color: UInt8[np.ndarray, "h w 3"], wanted: Float64[np.ndarray, "3"] | None = None
 ) -> list[Foreground]:
-    """Return the foreground of an image, and the one with what has a given colour added.
+    """Return the foreground of an image, and those with what else may be rope added.
 
-    There is none where nothing in the image is long.
+    That is what the network sees of it at half its size alone, and what has a given colour. There
+    is none where nothing in the image is long.
 
     Args:
         color: Red, green, blue.

@@ -42,9 +42,6 @@ BENCHES: dict[str, Bench] = {
         "benchmarks.faults.bench", "faults injected into the live stack, and how arms stop"
     ),
     "faults attacks": Bench("benchmarks.faults.attacks", "attacks by those who may not use it"),
-    "faults fuzz": Bench(
-        "benchmarks.faults.fuzz.bench", "hostile messages and files for every process"
-    ),
     "faults holds": Bench("benchmarks.faults.holds", "HOLD of a page that others attack"),
     "faults chunks": Bench("benchmarks.faults.chunks", "the gateway's tick with longest chunks"),
     "faults machines": Bench("benchmarks.faults.machines", "two machines, their line cut, healed"),

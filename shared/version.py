@@ -9,8 +9,10 @@ from pathlib import Path
 
 MESSAGE_VERSION = 2
 """Version of topics and messages; a reader refuses messages of a newer version."""
-RECORDING_VERSION = 1
-"""Version of recordings: metadata, attachments and channels; 0 stands for files without one."""
+RECORDING_VERSION = 2
+"""Version of recordings: metadata, attachments and channels; 0 stands for files without one.
+
+Readers of version 1 take messages as they are stored, and would misorder the beginning of a run."""
 
 
 @cache

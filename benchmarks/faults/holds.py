@@ -19,7 +19,7 @@ import msgspec
 import numpy as np
 import zstandard
 
-from benchmarks.faults.attack import NoControl
+from benchmarks.faults.no_control import NoControl
 from benchmarks.live_stack import LiveStack
 from benchmarks.speed.pages import CAMERA, PROTOCOL
 from benchmarks.tables import report

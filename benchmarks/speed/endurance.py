@@ -15,7 +15,7 @@ import psutil
 
 from benchmarks.child_processes import child_processes
 from benchmarks.conditions import Conditions
-from benchmarks.faults.hostile_publisher import hostile_publisher
+from benchmarks.faults.hostile_publisher import drawn, publishing
 from benchmarks.live_stack import LiveStack
 from benchmarks.operator import RESET_TIMEOUT, DeadlineMissed, Operator
 from benchmarks.repeated_runs import RepeatedRuns
@@ -158,8 +158,8 @@ def live(scenario: Path, minutes: float, pages: int, hostile_rate: float = 0.0) 
         if browsers:
             cleanup.callback(browsers.close)
         if hostile_rate:
-            publisher = hostile_publisher(stack.hub, stack.namespace, hostile_rate)
-            cleanup.enter_context(publisher)
+            flood = publishing(drawn(valid=False), stack.hub, stack.namespace, hostile_rate)
+            cleanup.enter_context(flood)
         begun = sampled = time.monotonic()
         while (now := time.monotonic()) - begun < 60.0 * minutes:
             operator.states.clear()

@@ -11,7 +11,9 @@ from collections import deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from http import HTTPStatus
+from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from websockets.asyncio.server import Server, ServerConnection, serve
@@ -26,6 +28,7 @@ from cli.watch.protocol import (
     message_data,
     server_info,
 )
+from dashboard.web.connections import Strangers, allow_many_descriptors
 from shared import topics
 from shared.bus.message_check import RawMessage
 from shared.topics import Topic
@@ -54,6 +57,22 @@ class _Viewer:
         self.arrived.set()
 
 
+class _Connection(ServerConnection):
+    """Connection of a viewer, a stranger's until it has shown the token."""
+
+    def __init__(self, strangers: Strangers, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._strangers = strangers
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        self._strangers.enter(self, transport)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._strangers.leave(self)
+        super().connection_lost(exc)
+
+
 class LiveServer:
     """Server that passes messages of the bus to the viewers that subscribe to their topics."""
 
@@ -70,6 +89,7 @@ class LiveServer:
         self._channels: dict[int, Topic] = {}
         self._numbers: dict[str, int] = {}
         self._viewers: set[_Viewer] = set()
+        self._strangers = Strangers()
 
     @asynccontextmanager
     async def listening(self, port: int) -> AsyncIterator[str]:
@@ -78,6 +98,8 @@ class LiveServer:
         Raises:
             OSError: The port is taken.
         """
+        allow_many_descriptors()
+        connection: Any = partial(_Connection, self._strangers)
         async with serve(
             self._attend,
             HOST,
@@ -87,6 +109,7 @@ class LiveServer:
             max_size=MAX_REQUEST_SIZE,
             compression=None,
             logger=_log,
+            create_connection=connection,
         ) as server:
             yield f"ws://{HOST}:{_port(server)}/?token={self._token}"
 
@@ -115,6 +138,7 @@ class LiveServer:
         return None
 
     async def _attend(self, connection: ServerConnection) -> None:
+        self._strangers.leave(connection)
         viewer = _Viewer()
         viewer.put(server_info(f"lariat {self._cell}", self._session))
         viewer.put(advertisement(self._channels))

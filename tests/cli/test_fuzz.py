@@ -19,7 +19,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from benchmarks.faults.fuzz.strategies import spoiled
+from benchmarks.faults.hostile_messages import spoiled
 from cli import __main__ as lariat
 from cli import goal, run, show, watch
 from lariat.arms.description import CR5_URDF

@@ -15,6 +15,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.typing import Subprotocol
 
 from cli.watch.server import MAX_QUEUE, LiveServer
+from dashboard.web import connections
 from shared.bus.message_check import RawMessage
 from shared.messages import NodeChain
 
@@ -114,5 +115,36 @@ def test_a_viewer_that_does_not_read_loses_the_oldest_messages():
                 server.publish(message(float(k)))
             first = NodeChain.FromString((await viewer.recv())[13:]).positions[0]
             assert first == MAX_QUEUE
+
+    serve(scene)
+
+
+def test_half_open_connections_are_bounded_and_leave_an_admitted_viewer(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    monkeypatch.setattr(connections, "STRANGER_TIME", 1.0)
+
+    async def scene(server, address):
+        port = urlsplit(address).port
+        async with connect(address, subprotocols=FOXGLOVE) as viewer:
+            crowd = [
+                await asyncio.open_connection("127.0.0.1", port)
+                for _ in range(connections.MAX_STRANGERS + 2)
+            ]
+            # The oldest go first, and all at last.
+            assert await ended(crowd[0])
+            assert await ended(crowd[-1])
+            assert (await heard(viewer))["op"] == "serverInfo"
+            await viewer.send('{"op": "other"}')
+            while (await heard(viewer))["op"] != "status":
+                pass
+            for _, writer in crowd:
+                writer.close()
+
+    async def ended(stream) -> bool:
+        try:
+            return not await asyncio.wait_for(stream[0].read(1), 5.0)
+        except ConnectionResetError:
+            return True
 
     serve(scene)

@@ -146,9 +146,11 @@ def test_publish_time_is_kept_apart_from_log_time(tmp_path: Path, scenario):
     assert times == [(3 * SECOND, 2 * SECOND), (4 * SECOND, 4 * SECOND)]
 
 
-def stored(path: Path, scenario: Scenario, times: list[int], ordered_from: str) -> list[int]:
+def stored(
+    path: Path, scenario: Scenario, times: list[int], ordered_from: str, **more: str
+) -> list[int]:
     """Log times as they are read from a file in which they are stored in the given order [s]."""
-    writer = Writer(path, scenario, SECOND, {ORDERED_FROM: ordered_from})
+    writer = Writer(path, scenario, SECOND, {ORDERED_FROM: ordered_from, **more})
     for k, log_time in enumerate(times):
         writer.write(topics.ROPE_NODES, bytes(100), "perception-0", k, log_time * SECOND)
     writer.close()
@@ -252,6 +254,14 @@ def test_a_recording_carries_the_versions_of_file_and_messages(tmp_path: Path, s
     metadata = Recording.open(tmp_path / "a.mcap").metadata
     assert metadata["recording_version"] == str(RECORDING_VERSION)
     assert metadata["message_version"] == str(MESSAGE_VERSION)
+
+
+def test_a_file_of_version_1_is_read_as_stored_and_its_readers_refuse_one_to_be_ordered(
+    tmp_path: Path, scenario
+):
+    assert stored(tmp_path / "old.mcap", scenario, [3, 1], "0", recording_version="1") == [3, 1]
+    assert stored(tmp_path / "new.mcap", scenario, [3, 1], str(4 * SECOND)) == [1, 3]
+    assert int(Recording.open(tmp_path / "new.mcap").metadata["recording_version"]) > 1
 
 
 @pytest.mark.parametrize("key", ["recording_version", "message_version"])

@@ -3,19 +3,43 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache, partial
 
 from google.protobuf import message_factory
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
+from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 
-from benchmarks.faults.hostile_publisher import PLACEHOLDERS
+from lariat.scenario import load
+from lariat.trajectory import SECOND
 from shared.bus.message_check import RawMessage
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION
+from stack import services
+from stack.simulation.simulated_time import START, Delivery, SimulatedStack
 
+DRAWING = partial(
+    settings,
+    # A process keeps a state: an example that is made smaller meets another one.
+    phases=[Phase.generate],
+    database=None,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+)
+"""Settings of hypothesis with which messages are drawn."""
+Messages = Sequence[tuple[Topic, RawMessage]]
+"""Hostile messages with their topics."""
+
+LAWFUL_TIME = SECOND
+"""Simulated time of the ordinary run whose messages are changed [ns]."""
+MAX_LAWFUL_SIZE = 2**14
+"""Largest message of it that is changed [bytes]: whole images would be all of a flood."""
+MAX_MESSAGES = 16
+"""Most messages of a draw."""
+PLACEHOLDERS = ("overhead", "sim", "controller", "x")
+"""Names that fill the placeholder of a topic."""
 LENGTHS = (0, 1, 2, 3, 4, 6, 7, 9, 12, 30, 90, 120, 300, 6003)
 """Lengths of repeated fields."""
 WORDS = (b"nan", b"inf", b"-1", b"1e308", b"9" * 400, b"[]", b"{}", b'""', b"true", b"'")
@@ -105,16 +129,23 @@ def _values(field: FieldDescriptor) -> st.SearchStrategy[object]:
     return st.lists(value, max_size=8) | same
 
 
-def raw_messages(
-    topics: Sequence[Topic], lawful: Mapping[str, Sequence[bytes]], received: int
-) -> st.SearchStrategy[tuple[Topic, RawMessage]]:
-    """Messages as they cross the bus: random, spoiled, with other values, valid, mislabelled.
+@cache
+def ordinary_run(scenario: str) -> list[Delivery]:
+    """Return the messages of an ordinary run in simulated time."""
+    deliveries: list[Delivery] = []
+    members = [services.build(name, load(scenario), f"{name}-0") for name in services.NAMES]
+    stack = SimulatedStack(members, [deliveries.append])
+    stack.warm_up()
+    stack.advance_to(START + LAWFUL_TIME)
+    return deliveries
 
-    Args:
-        topics: Topics on which they come.
-        lawful: Payloads of an ordinary run by key.
-        received: Time of receipt [ns].
-    """
+
+def hostile(topics: Sequence[Topic], scenario: str) -> st.SearchStrategy[Messages]:
+    """Messages as they cross the bus: random, spoiled, with other values, valid, mislabelled."""
+    lawful: dict[str, list[bytes]] = {}
+    for delivery in ordinary_run(scenario):
+        if len(delivery.payload) <= MAX_LAWFUL_SIZE:
+            lawful.setdefault(delivery.key, []).append(delivery.payload)
 
     def of_topic(topic: Topic) -> st.SearchStrategy[tuple[Topic, RawMessage]]:
         if "{" in topic.key:
@@ -127,11 +158,12 @@ def raw_messages(
             payload=_payloads(topic.type, tuple(lawful.get(topic.key, ()))),
             publisher=st.sampled_from(("stranger", "controller-0", "sim-0", "")),
             sequence=st.sampled_from((0, 1, 10**17, 10**18 - 1)) | st.integers(0, 1000),
-            received=st.just(received),
+            received=st.just(START),
             version=st.sampled_from([MESSAGE_VERSION] * 20 + [0, 99, 10**17]),
         ).map(lambda raw: (topic, raw))
 
-    return st.sampled_from(topics).flatmap(of_topic)
+    drawn = st.sampled_from(topics).flatmap(of_topic)
+    return st.lists(drawn, min_size=1, max_size=MAX_MESSAGES)
 
 
 @cache

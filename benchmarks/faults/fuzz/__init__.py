@@ -1,1 +1,0 @@
-"""Hostile messages and files for every process, drawn by hypothesis."""

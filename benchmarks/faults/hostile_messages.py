@@ -40,6 +40,8 @@ MAX_MESSAGES = 16
 """Most messages of a draw."""
 PLACEHOLDERS = ("overhead", "sim", "controller", "x")
 """Names that fill the placeholder of a topic."""
+PUBLISHERS = ("stranger", "controller-0", "sim-0", "")
+"""Names in which messages are sent; no process of a stack has one of them."""
 LENGTHS = (0, 1, 2, 3, 4, 6, 7, 9, 12, 30, 90, 120, 300, 6003)
 """Lengths of repeated fields."""
 WORDS = (b"nan", b"inf", b"-1", b"1e308", b"9" * 400, b"[]", b"{}", b'""', b"true", b"'")
@@ -156,7 +158,7 @@ def hostile(topics: Sequence[Topic], scenario: str) -> st.SearchStrategy[Message
             key=st.just(topic.key),
             type=st.sampled_from([kind] * 20 + ["", "lariat.Nothing"]),
             payload=_payloads(topic.type, tuple(lawful.get(topic.key, ()))),
-            publisher=st.sampled_from(("stranger", "controller-0", "sim-0", "")),
+            publisher=st.sampled_from(PUBLISHERS),
             sequence=st.sampled_from((0, 1, 10**17, 10**18 - 1)) | st.integers(0, 1000),
             received=st.just(START),
             version=st.sampled_from([MESSAGE_VERSION] * 20 + [0, 99, 10**17]),

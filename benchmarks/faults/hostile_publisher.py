@@ -5,13 +5,13 @@ It joins below `shared.bus`, which lets nobody write an attachment of their own.
 
 from __future__ import annotations
 
+import multiprocessing
 import random
-import threading
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
+from multiprocessing.process import BaseProcess
 
 import zenoh
 from hypothesis import given, seed
@@ -60,21 +60,33 @@ def publishing(
     namespace: str,
     rate: float,
     count: float = float("inf"),
-) -> Iterator[Future[None]]:
-    """Publish messages of a pool, half of them changed where they may be, in a thread.
+) -> Iterator[BaseProcess]:
+    """Publish messages of a pool in a process of its own.
 
     Args:
-        pool: Messages, as `drawn` returns them.
+        pool: Messages, as `drawn` returns them; half of those that may be changed are.
         hub: Endpoint of the bus.
         namespace: Name of the cell.
         rate: Messages in a second, at most [Hz].
-        count: Number of messages after which the value is done.
+        count: Number of messages after which the process ends.
     """
-    rng, ended = random.Random(0), threading.Event()
+    context = multiprocessing.get_context("spawn")
+    process = context.Process(target=_publish, args=(pool, hub, namespace, rate, count))
+    process.start()
+    try:
+        yield process
+    finally:
+        process.terminate()
+        process.join()
 
-    def publish() -> None:
+
+def _publish(
+    pool: Sequence[tuple[RawMessage, bool]], hub: str, namespace: str, rate: float, count: float
+) -> None:
+    rng = random.Random(0)
+    with open_session(hub, namespace) as session:
         begun, sent = time.monotonic(), 0
-        while sent < count and not ended.wait(BURST_PERIOD):
+        while sent < count:
             while sent < min((time.monotonic() - begun) * rate, count):
                 raw, free = rng.choice(pool)
                 if free and rng.random() < 0.5:
@@ -83,12 +95,7 @@ def publishing(
                     raw = replace(raw, payload=bytes(content))
                 put(session, rng, raw, PROTOBUF_ENCODING + raw.type)
                 sent += 1
-
-    with open_session(hub, namespace) as session, ThreadPoolExecutor(1) as pool_of_one:
-        try:
-            yield pool_of_one.submit(publish)
-        finally:
-            ended.set()
+            time.sleep(BURST_PERIOD)
 
 
 def open_session(hub: str, namespace: str) -> zenoh.Session:

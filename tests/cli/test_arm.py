@@ -51,4 +51,4 @@ def test_each_gripper_opens_and_closes_and_arms_say_how_they_are(
     assert (state["mode"], state["cause"]) == ("disarmed", "disarm")
     assert said(cell, capfd, "arm")["cause"] == ""
     assert lariat.main(["ack", *cell.arguments]) == 1
-    assert "nothing to acknowledge while armed" in capfd.readouterr().err
+    assert "while armed" in capfd.readouterr().err

@@ -90,11 +90,11 @@ def test_a_missing_file(capfd: pytest.CaptureFixture[str]) -> None:
 
 def test_a_taken_port(scenario: Path, taken: int, capfd: pytest.CaptureFixture[str]) -> None:
     line = refused(capfd, "up", str(scenario), "--port", str(taken))
-    assert f"port {taken} of 127.0.0.1 cannot be opened" in line
-    assert "is another stack running? choose another --port" in line
+    assert f"port {taken} of 127.0.0.1" in line
+    assert "--port" in line
     free = str(free_port())
     line = refused(capfd, "up", str(scenario), "--port", free, "--dashboard-port", str(taken))
-    assert "choose another --dashboard-port" in line
+    assert "--dashboard-port" in line
 
 
 def test_a_library_that_is_not_installed(
@@ -108,13 +108,13 @@ def test_a_library_that_is_not_installed(
 
     monkeypatch.setattr(dependencies, "find_spec", without_mujoco)
     line = refused(capfd, "up", str(scenario))
-    assert "sim needs mujoco, which is not installed" in line
+    assert "needs mujoco" in line
     assert "pip install -e '.[all]'" in line
 
 
 def test_an_unknown_verb(capfd: pytest.CaptureFixture[str]) -> None:
     assert "unknown verb 'upp'" in refused(capfd, "upp")
-    assert "give either a FILE or --line" in refused(capfd, "goal")
+    assert "--line" in refused(capfd, "goal")
     assert "unknown benchmark 'nothing'" in refused(capfd, "bench", "nothing")
 
 
@@ -135,7 +135,7 @@ def test_a_rope_that_would_hang_into_an_obstacle(scenario: Path) -> None:
     assert answer.stdout == ""
     assert answer.returncode == 2
     last = answer.stderr.splitlines()[-1]
-    assert last.startswith("lariat: start: the rope at rest between its grips would be")
+    assert last.startswith("lariat: start: ")
     assert "inside obstacle 'block'" in last
 
 
@@ -145,7 +145,9 @@ def test_no_running_stack_is_a_failure(capfd: pytest.CaptureFixture[str]) -> Non
         assert lariat.main([verb, "--connect", hub]) == 1
         out, err = capfd.readouterr()
         assert out == ""
-        assert err == f"lariat: no stack answers at {hub}; is `lariat up` running?\n"
+        assert hub in err
+        assert "`lariat up`" in err
+        assert err.count("\n") == 1
 
 
 def test_help_is_there_for_every_verb_and_comes_at_once() -> None:

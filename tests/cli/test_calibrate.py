@@ -144,7 +144,7 @@ def test_one_of_several_cameras_is_found_by_its_name(
     path = tmp_path / "run.mcap"
     record(path, TWO_CAMERAS, duration=1.6)
     assert main(["calibrate", str(path)]) == 2
-    assert "give --camera, one of: above, beside" in capsys.readouterr().err
+    assert "--camera, one of: above, beside" in capsys.readouterr().err
     assert main(["calibrate", str(path), "--camera", "beside", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     true = [0.262, -0.208, 0.915]  # with the shift of the plant

@@ -64,7 +64,7 @@ def test_check_tells_how_far_a_rope_of_few_nodes_hangs_from_one_of_many(
     estimate = json.loads(capsys.readouterr().out)["resolution_mm"]["start"]
     assert error < estimate < 1.15 * error
     assert check.main(Path("three-cylinders"), set=settings) == 0
-    assert f"start: {few} nodes are few for this rope" in capsys.readouterr().out
+    assert f"start: {few} nodes" in capsys.readouterr().out
 
 
 def test_alternatives_are_listed(capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,4 +50,4 @@ def test_each_service_is_a_test_and_a_difference_fails_it(tmp_path: Path) -> Non
 def test_missing_folder_is_named(tmp_path: Path) -> None:
     code, output = run_pytest(tmp_path / "nowhere")
     assert code == 4
-    assert "nowhere: no such folder" in output
+    assert "nowhere: no such" in output

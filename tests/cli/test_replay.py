@@ -112,7 +112,7 @@ def test_a_recording_that_begins_later_than_the_service_says_so(
         small_cell.Straight(scenario, small_cell.SPEED),
         "controller-0",
     )
-    assert any("begins 0.5 s after controller did (step 25)" in note for note in result.notes)
+    assert any("0.5 s" in note and "step 25" in note for note in result.notes)
     assert any("inputs of controller were sent before" in note for note in result.notes)
     assert {d.kind for d in result.differences} <= {"field", "lacks"}
 
@@ -130,11 +130,11 @@ def test_a_missing_message_is_a_difference(path: Path, scenario):
 
 
 def test_bad_input_is_refused_by_name(path: Path, tmp_path: Path, small):
-    with pytest.raises(ConfigurationError, match="no such service; did you mean 'controller'"):
+    with pytest.raises(ConfigurationError, match="'controller'"):
         replay.main(path, service=("contoller",))
-    with pytest.raises(ConfigurationError, match="holds no trace/planner"):
+    with pytest.raises(ConfigurationError, match="trace/planner"):
         replay.main(path, service=("planner",))
-    with pytest.raises(ConfigurationError, match=r"cannot read recording .*none\.mcap"):
+    with pytest.raises(ConfigurationError, match=r"none\.mcap"):
         replay.main(tmp_path / "none.mcap")
 
 

@@ -89,7 +89,7 @@ def test_a_cell_that_never_becomes_ready_says_what_is_missing(scenario):
     rope, controller, _ = small_cell.members(scenario)
     outcome = closed_loop.run(scenario, members=(rope, controller))
     assert not outcome.score.reached
-    assert outcome.reason == "the cell did not become ready: there is no message on arm/state"
+    assert "arm/state" in outcome.reason
     json.dumps(as_json(outcome.score), allow_nan=False)
 
 

@@ -59,7 +59,7 @@ def test_simulated_arms_start_at_once_and_are_named(stack, capsys):
     assert main(["start", "--scenario", "three-cylinders"]) == 0
     assert cell.requests == [TaskRequest.START]
     said = capsys.readouterr()
-    assert "cell 'cell', scenario 'three-cylinders': left ideal (not real)" in said.err
+    assert all(w in said.err for w in ("'cell'", "'three-cylinders'", "left ideal (not real)"))
     assert said.out == "running: started\n"
 
 
@@ -67,7 +67,7 @@ def test_another_scenario_than_the_wanted_one_is_not_started(stack, capsys):
     cell = stack(left="", right="")
     assert main(["start", "--scenario", "cable"]) == 1
     assert cell.requests == []
-    assert "runs scenario 'three-cylinders', not 'cable'" in capsys.readouterr().err
+    assert "'three-cylinders', not 'cable'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("answer", "started"), [("y\n", True), ("\n", False), ("no\n", False)])
@@ -78,7 +78,7 @@ def test_a_real_arm_moves_after_a_yes_only(stack, monkeypatch, capsys, answer, s
     assert cell.requests == ([TaskRequest.START] if started else [])
     said = capsys.readouterr().err
     assert "right cr5 at 192.168.5.1" in said
-    assert "this moves the real right arm" in said
+    assert "real right arm" in said
 
 
 def test_without_a_terminal_a_real_arm_needs_the_yes_on_the_command_line(

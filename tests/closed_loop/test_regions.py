@@ -40,14 +40,14 @@ def test_rope_passes_below_a_beam_where_its_region_ends_above() -> None:
 
 def test_goal_outside_is_refused_before_anything_moves() -> None:
     low = TRAY.replace("0.34]", "0.20]")
-    with pytest.raises(ConfigurationError, match=r"start leaves .* 'tray' \(by 34.0 mm"):
+    with pytest.raises(ConfigurationError, match=r"start.*'tray'.*34\.0 mm"):
         load_with(SCENARIOS / "three-cylinders.toml", [low])
 
 
 def test_rope_that_hangs_out_between_its_grips_is_refused() -> None:
     high = 'keep_in=[{name="tray", shape="box", position=[0, 0, 0.4], size=[1.2, 1.2, 0.4]}]'
     cell = load_with(SCENARIOS / "three-cylinders.toml", [high])
-    with pytest.raises(ConfigurationError, match="outside of region 'tray'"):
+    with pytest.raises(ConfigurationError, match=r"outside.*'tray'"):
         preflight.check(cell)
 
 

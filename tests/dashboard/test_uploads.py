@@ -64,8 +64,9 @@ def test_file_that_cannot_be_read_is_refused_with_the_reason(page: Page) -> None
     page.take(b"", fail)
     page.take(bytes(MAX_FILE_SIZE + 1))
     page.step_until(lambda: len(page.notes) == 2)
-    assert page.notes[0] == Notification("a.csv: not a goal", "it is nested too deeply")
-    assert page.notes[1].body == "it is larger than 128 KiB"
+    assert page.notes[0].title.startswith("a.csv")
+    assert "nested" in page.notes[0].body
+    assert "128 KiB" in page.notes[1].body
     assert page.values == []
 
 

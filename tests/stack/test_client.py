@@ -55,5 +55,6 @@ def test_a_missing_controller_is_reported(
     recorder = cell("recorder").subscribe_all()
     assert lariat.main(["pause", *cell.arguments]) == 1
     said = capfd.readouterr().err
-    assert "the controller publishes no state; `lariat status` shows which processes run" in said
+    assert "controller" in said
+    assert "`lariat status`" in said
     assert not [r for r in recorder.take() if r.key == "task/request"]

@@ -110,7 +110,7 @@ def test_results_of_a_cluster_are_those_of_one_process(
 def test_cluster_that_cannot_compute_the_same_is_refused(
     scheduler: str, add_worker: Callable[..., None]
 ) -> None:
-    with pytest.raises(ConfigurationError, match="the scheduler has none"):
+    with pytest.raises(ConfigurationError, match="scheduler"):
         list(compute(process_id, [0], scheduler))
     add_worker(1, threads=2)
     with pytest.raises(ConfigurationError, match="has 2 threads"):

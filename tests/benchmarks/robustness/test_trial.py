@@ -38,7 +38,8 @@ def test_a_run_is_judged_by_error_contact_and_stiffness() -> None:
     assert replace(far, leans=True).faults == []
     assert replace(GOOD, touched=True).faults == ["touched"]
     stiff = replace(GOOD, stiffness=1.4)
-    assert stiff.faults == ["stiffness 1.40 of the true one"]
+    assert "1.40" in stiff.faults[0]
+    assert len(stiff.faults) == 1
     # Where the shapes do not tell it, the stiffness is not asked for.
     assert replace(stiff, stiffness_bound=0.2).faults == []
     lost = replace(GOOD, error_mm=math.inf, stiffness=math.nan)
@@ -74,4 +75,4 @@ def test_a_combination_that_cannot_be_run_does_not_end_the_campaign(
     assert bench.run(only=(3, 4), folder=tmp_path, json=True) == 1
     out, err = capsys.readouterr()
     assert [r["value"] for r in encoder.loads(out)["summary"] if r["measure"] == "good"] == [1]
-    assert "cannot be run: its goal is inside an obstacle" in " ".join(err.split())
+    assert "goal is inside an obstacle" in " ".join(err.split())

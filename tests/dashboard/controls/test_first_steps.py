@@ -14,7 +14,7 @@ def done(steps: FirstSteps, task: TaskState, arms: ArmStates) -> list[bool]:
 
 def test_nothing_started_says_what_is_missing() -> None:
     first, *others = FirstSteps(simulated=True).update(None, None, ["controller", "robot_gateway"])
-    assert first.hint == "Not heard yet: controller, robot gateway. lariat up starts them all."
+    assert all(w in first.hint for w in ("controller, robot gateway", "lariat up"))
     assert not any(step.done for step in (first, *others))
 
 

@@ -54,5 +54,5 @@ def test_notes_cannot_become_markup() -> None:
 
 def test_recorder_says_what_the_recordings_take_and_what_the_disk_has_left() -> None:
     record = RecordState(file="a.mcap", recordings_size=3_210_000_000, free_space=120 * 10**9)
-    assert "3.21 GB of recordings, 120 GB free" in health_table.recorder_html(record)
+    assert all(w in health_table.recorder_html(record) for w in ("3.21 GB", "120 GB free"))
     assert "GB" not in health_table.recorder_html(RecordState(file="a.mcap"))

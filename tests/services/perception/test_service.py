@@ -184,7 +184,7 @@ def test_a_silent_camera_is_reported() -> None:
     cell = Cell(scenario("outside = true\n"))
     cell.run(1.0)
     seen: list[NodeChain] = cell.has_subscribers[topics.ROPE_NODES.key]
-    assert all("no frame of camera 'overhead'" in m.lost for m in seen)
+    assert all("no frame" in m.lost and "'overhead'" in m.lost for m in seen)
     assert len(seen) >= 2
 
 
@@ -220,10 +220,9 @@ def test_a_missing_calibration_is_reported_after_two_seconds() -> None:
         uncalibrated.run(0.033)
         published.append(topics.ROPE_NODES.key in uncalibrated.has_subscribers)
     assert not any(published[:58])
-    assert (
-        "no calibration of camera 'overhead'"
-        in uncalibrated.has_subscribers[topics.ROPE_NODES.key][-1].lost
-    )
+    lost = uncalibrated.has_subscribers[topics.ROPE_NODES.key][-1].lost
+    assert "calibration" in lost
+    assert "'overhead'" in lost
 
 
 @pytest.mark.parametrize(("color", "diameter"), [([255, 255, 255], 0.008), ([90, 20, 30], 0.006)])

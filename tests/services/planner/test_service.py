@@ -186,5 +186,5 @@ def test_goal_for_which_planning_fails_is_answered_with_the_reason() -> None:
     (published,) = service.step(inbox(SCENARIO), SECOND)
     path = published.message
     assert (path.reached, path.goal_revision) == (False, 1)
-    assert path.reason == "the planner cannot plan for this goal: ZeroDivisionError: x"
+    assert path.reason.endswith("ZeroDivisionError: x")
     assert service.door.refused == 1

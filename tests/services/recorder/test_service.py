@@ -344,7 +344,7 @@ def test_no_recording_is_deleted_unless_a_person_limits_their_size(tmp_path: Pat
 
 def test_a_limit_of_nothing_is_refused(tmp_path: Path):
     for keep in (0.0, -1.0, float("nan")):
-        with pytest.raises(ConfigurationError, match="--keep must be positive"):
+        with pytest.raises(ConfigurationError, match="--keep"):
             Cell(tmp_path, keep=keep)
 
 

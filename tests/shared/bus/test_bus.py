@@ -197,7 +197,7 @@ def test_messages_of_a_wrong_type_or_version_are_dropped_and_logged(
         until(lambda: received.extend(subscription.take()) or received)
     assert [item.message.id for _, item in received] == ["good"]
     assert subscription.refused == 4
-    assert "refused task/request from stranger: its 3 bytes do not decode" in caplog.text
+    assert all(w in caplog.text for w in ("refused task/request from stranger", "3 bytes"))
     refusal = f"message version 99, this process reads versions up to {MESSAGE_VERSION}; update"
     assert refusal in caplog.text
 
@@ -255,14 +255,14 @@ def test_a_raw_subscription_gets_each_message_of_its_own_process_once(cell: Cell
 
 def test_a_wrong_type_is_not_sent(cell: Cell) -> None:
     publisher = cell("writer").publisher(topics.ROPE_NODES)
-    with pytest.raises(TypeError, match=r"rope/nodes takes lariat\.NodeChain, not Health"):
+    with pytest.raises(TypeError, match=r"rope/nodes.*NodeChain.*Health"):
         publisher.put(Health())
 
 
 def test_an_error_names_the_reason_why_the_bus_cannot_be_joined(tmp_path: Path) -> None:
     hub = f"tcp/127.0.0.1:{free_port()}"
     with (
-        pytest.raises(BusError, match=f"no stack answers at {hub}; is `lariat up` running"),
+        pytest.raises(BusError, match=rf"{hub}.*`lariat up`"),
         buses.open(BusOptions(connect=(hub,)), "late", timeout=0.3),
     ):
         pass
@@ -276,7 +276,7 @@ def test_an_error_names_the_reason_why_the_bus_cannot_be_joined(tmp_path: Path) 
     settings = tmp_path / "settings.json"
     settings.write_text('{"transport/link/tx/leese": 1}')
     with (
-        pytest.raises(BusError, match="Zenoh refuses transport/link/tx/leese = 1"),
+        pytest.raises(BusError, match="transport/link/tx/leese = 1"),
         buses.open(BusOptions(connect=(), settings=settings), "wrong"),
     ):
         pass

@@ -223,7 +223,7 @@ def test_invalid_message_is_refused_with_the_reason(
 def test_unknown_value_of_an_enum_is_refused() -> None:
     command = ArmCommand()
     command.action = 77  # pyright: ignore[reportAttributeAccessIssue]
-    with pytest.raises(ValueError, match="action = 77 is not a value"):
+    with pytest.raises(ValueError, match="action = 77"):
         decode(topics.ARM_COMMAND, command.SerializeToString())
 
 

@@ -243,9 +243,9 @@ def test_a_damaged_chunk_is_skipped(tmp_path: Path, scenario):
 
 def test_another_file_is_refused_by_name(tmp_path: Path):
     (tmp_path / "a.txt").write_text("no recording at all")
-    with pytest.raises(ValueError, match=r"a\.txt is a text, not an MCAP file"):
+    with pytest.raises(ValueError, match=r"a\.txt.*text.*MCAP"):
         Recording.open(tmp_path / "a.txt")
-    with pytest.raises(ValueError, match=r"cannot read recording .*missing\.mcap"):
+    with pytest.raises(ValueError, match=r"missing\.mcap"):
         Recording.open(tmp_path / "missing.mcap")
 
 
@@ -267,7 +267,7 @@ def test_a_file_of_version_1_is_read_as_stored_and_its_readers_refuse_one_to_be_
 @pytest.mark.parametrize("key", ["recording_version", "message_version"])
 def test_a_recording_of_a_newer_version_is_refused(tmp_path: Path, scenario, key: str):
     Writer(tmp_path / "a.mcap", scenario, SECOND, {key: "99"}).close()
-    with pytest.raises(ValueError, match=f"has {key.replace('_', ' ')} 99, .* update Lariat"):
+    with pytest.raises(ValueError, match=rf"has {key.replace('_', ' ')} 99, .* update Lariat"):
         Recording.open(tmp_path / "a.mcap")
 
 
@@ -331,7 +331,7 @@ def test_a_record_is_no_longer_than_its_file(tmp_path: Path):
     path = tmp_path / "claims.mcap"
     path.write_bytes(MCAP_MAGIC + b"\x06" + struct.pack("<Q", 1 << 26) + bytes(100))
     tracemalloc.start()
-    with pytest.raises(ValueError, match="not an MCAP file"):
+    with pytest.raises(ValueError, match="not an MCAP"):
         Recording.open(path)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
@@ -340,7 +340,7 @@ def test_a_record_is_no_longer_than_its_file(tmp_path: Path):
 
 def test_files_of_a_recording_stay_in_their_folder(tmp_path: Path):
     recording = Recording(tmp_path / "a.mcap", files={"scenario.toml": b"", "../out.csv": b""})
-    with pytest.raises(ValueError, match=r"unusable file '\.\./out\.csv'"):
+    with pytest.raises(ValueError, match=r"'\.\./out\.csv'"):
         recording.scenario(tmp_path / "x")
 
 

@@ -113,7 +113,7 @@ def test_video_shows_runs_one_after_the_other(tmp_path: Path):
 
 
 def test_a_video_of_another_suffix_is_refused_by_name(tmp_path: Path):
-    with pytest.raises(ValueError, match=r"\*\.mp4, got .*film\.avi"):
+    with pytest.raises(ValueError, match=r"\.mp4.*film\.avi"):
         video.write_video((Recording.open(RECORDING),), tmp_path / "film.avi")
 
 

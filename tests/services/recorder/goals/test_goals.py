@@ -85,7 +85,7 @@ def test_deleted_goal_leaves_no_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["", "../x", "A", "a/b", "a.b", "a" * 41])
 def test_bad_name_is_refused(tmp_path: Path, name: str) -> None:
-    assert "no name of a goal" in Recorder(tmp_path).ask(GoalListRequest.SAVE, name).refusal
+    assert "no name" in Recorder(tmp_path).ask(GoalListRequest.SAVE, name).refusal
     assert not (tmp_path / "goals").exists()
 
 

@@ -269,5 +269,5 @@ def test_many_requests_for_a_motion_do_not_queue_for_hours(tmp_path: Path) -> No
     refusals = [recorder.listed(request).refusal for _ in range(20)]
     busy.set()
     assert refusals[0] == ""
-    assert refusals[-1] == "16 runs wait to be read; try again when one is shown"
+    assert refusals[-1].startswith("16 runs wait")
     recorder.runs.close()

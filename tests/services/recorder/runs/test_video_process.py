@@ -70,7 +70,7 @@ def test_progress_is_published_once_a_second(video: VideoProcess) -> None:
 
 def test_one_video_is_made_at_a_time_and_can_be_canceled(video: VideoProcess) -> None:
     video.start(RUN, [RECORDING])
-    with pytest.raises(RunRefused, match="of run-1 is being made"):
+    with pytest.raises(RunRefused, match="run-1"):
         video.start(RunSummary(id="run-2"), [RECORDING])
     video.cancel()
     assert end_of(video).failure == "it was canceled"
@@ -86,7 +86,7 @@ def test_recording_that_cannot_be_read_names_the_reason(
 
 
 def test_long_run_is_refused_with_the_command_that_makes_its_video(video: VideoProcess) -> None:
-    with pytest.raises(RunRefused, match=r"601 s.*lariat export .*\.mcap --to video"):
+    with pytest.raises(RunRefused, match=r"601 s.*lariat export.*--to video"):
         video.start(RunSummary(id="run-1", duration=601.0), [RECORDING])
 
 

@@ -136,7 +136,7 @@ def test_canceled_campaign_leaves_no_process_and_keeps_its_table(tmp_path: Path)
     assert each.state is not None
     assert {t.state for t in each.state.trials} == {CampaignTrial.CANCELED}
     assert Path(each.state.file).read_text().count("canceled") == 3
-    with pytest.raises(ConfigurationError, match="no campaign goes on"):
+    with pytest.raises(ConfigurationError, match="no campaign"):
         each.cancel()
 
 

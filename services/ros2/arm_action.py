@@ -24,8 +24,8 @@ ANSWER_TIMEOUT = SECOND
 """Longest wait for the gateway's answer [ns]."""
 MAX_STAMP_AGE = 0.5
 """Age of the stamp of a trajectory, which begins when it comes, above which it is old [s]."""
-SETTLE_TIME = 1.0
-"""Longest wait for the tolerances of a goal that states none [s]."""
+SETTLE_TIME = 1.0, 10.0
+"""Wait for the tolerances of a goal that states none, and the longest one [s]."""
 
 
 class Code(IntEnum):
@@ -148,7 +148,8 @@ class ArmAction:
         self._count += 1
         id = f"{self._session}-trajectory-{self._count}"
         request = JointTrajectory(id=id, stamp=now, times=times, arms=arms)
-        settle = nanoseconds(message.goal_time_tolerance) * NANOSECONDS or SETTLE_TIME
+        settle = nanoseconds(message.goal_time_tolerance) * NANOSECONDS or SETTLE_TIME[0]
+        settle = min(settle, SETTLE_TIME[1])
         self._execution = Execution(goal, request, whole, path, end, settle, now)
 
     def _follow(self, execution: Execution, state: ArmStates, now: int) -> None:
@@ -171,7 +172,9 @@ class ArmAction:
             case ArmStates.REACHED:
                 execution.reached = execution.reached or now
                 left = _violated(_distances(execution, state), execution.goal_tolerance)
-                if not left:
+                if goal.cancel_requested and left:
+                    self._end(goal, Status.CANCELED, Code.SUCCESSFUL, "cancelled")
+                elif not left:
                     self._end(goal, Status.SUCCEEDED, Code.SUCCESSFUL, "")
                 elif (now - execution.reached) * NANOSECONDS > execution.settle_time:
                     self._end(goal, Status.ABORTED, Code.GOAL_TOLERANCE_VIOLATED, left)

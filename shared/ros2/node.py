@@ -27,6 +27,10 @@ ROUTER_TIMEOUT = 1.0
 """Longest wait for a router before one is served [s]."""
 MAX_MESSAGE_SIZE = 2**25 + 2**16
 """Largest message that is taken [bytes]: a depth image of 4096 x 4096 pixels, with its header."""
+MAX_STRUCTURED_SIZE = 2**18
+"""Largest message but those of images that is decoded [bytes]: fields take time one by one."""
+IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+"""Types whose content is bytes."""
 REQUEST_CAPACITY = 32
 """Number of requests that wait unread for a service."""
 HEARTBEAT = 0.5
@@ -285,6 +289,10 @@ def _content(payload: Any, attachment: Any, kind: str) -> tuple[Any, Attachment]
     if payload is None or attachment is None:
         raise ValueError("it has no payload or attachment, as those of rmw_zenoh have")
     found = Attachment.decoded(attachment.to_bytes())
+    if len(payload) > MAX_STRUCTURED_SIZE and kind not in IMAGES:
+        raise ValueError(
+            f"{len(payload)} bytes are more than the {MAX_STRUCTURED_SIZE} of a message"
+        )
     return decoded(payload.to_bytes(), kind), found
 
 

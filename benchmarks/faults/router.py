@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import signal
 import subprocess
-import sys
 import tempfile
 import time
 from dataclasses import dataclass
@@ -33,11 +33,14 @@ from shared.topics import ARM_STATE
 from stack import services
 from stack.client import Cell, connect
 from stack.launcher import module_entry
+from stack.launcher.process import child_command
 
 SPEED = 0.1
 """Speed of the gripper above which the router is killed [m/s]."""
 READY_TIMEOUT = 200.0
 """Longest wait for all processes [s]; kernels may have to be compiled."""
+NICENESS = -10
+"""Scheduling priority of all processes: the gateway must not be suspended by others."""
 SETTLING_TIME = 0.05
 """Time after coming to rest before further motion counts [s]."""
 
@@ -104,7 +107,7 @@ class RoutedCell(FaultCell):
     def start_router(self) -> None:
         """Start the router."""
         command = module_entry.command("shared.bus.router", "--listen", self.endpoint)
-        self.router = subprocess.Popen([sys.executable, *command])
+        self.router = subprocess.Popen(child_command(signal.SIGTERM, NICENESS, command))
 
     def address(self) -> str:
         """Return the page's address."""
@@ -112,7 +115,7 @@ class RoutedCell(FaultCell):
         return next(word for word in text.split() if "/?token=" in word)
 
     def _spawn(self, module: str, *words: str, **options) -> None:
-        command = [sys.executable, *module_entry.command(module, *words)]
+        command = child_command(signal.SIGTERM, NICENESS, module_entry.command(module, *words))
         process = subprocess.Popen(command, **options)
         self._open.callback(lambda: self.end(process))
 

@@ -289,6 +289,8 @@ def _flood(
     refused: dict[str, int] = {}
     with stack.connect() as client:
         states, health = (client.bus.subscribe(t) for t in (topics.ARM_STATE, topics.HEALTH))
+        # A run that a person started ends, or goes on correcting the rope at its goal.
+        client.command_arms(ArmCommand.HOLD)
         # Whose word counts, by key: what others say is forged.
         own, end = dict[str, str](), time.monotonic() + LISTEN_TIME
         while time.monotonic() < end:

@@ -92,3 +92,22 @@ def test_unknown_that_is_not_seen_keeps_the_deviation_of_the_prior() -> None:
     deviations = np.sqrt(np.diag(posterior.covariance(blocks, prior, ALL_FREE)))
     assert deviations[1] == pytest.approx(0.2)
     assert deviations[0] < 0.1
+
+
+def test_standard_deviations_of_as_many_unknowns_as_blocks_are_not_too_small() -> None:
+    """Each block draws the minimum to itself, so that its own errors show in part only."""
+    random, unknowns = np.random.default_rng(0), 12
+    jacobian = random.normal(size=(12, 4, 3, unknowns))
+    solutions, claimed = [], []
+    for _ in range(100):
+        errors = NOISE * random.normal(size=(12, 4, 3))
+        every = jacobian.reshape(-1, unknowns)
+        solutions.append(np.linalg.lstsq(every, errors.ravel(), rcond=None)[0])
+        left = errors - jacobian @ solutions[-1]
+        blocks = [
+            posterior.evidence(*pair, NOISE, 1.0) for pair in zip(left, jacobian, strict=True)
+        ]
+        covariance = posterior.covariance(blocks, 1e-9 * np.eye(unknowns), np.ones(unknowns, bool))
+        claimed.append(np.sqrt(np.diag(covariance)))
+    ratio = np.std(solutions, axis=0).mean() / np.mean(claimed)
+    assert 0.8 < ratio < 1.1

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Float64
 
 from benchmarks.compare.motion import PROPERTIES as BATCH_PROPERTIES
 from benchmarks.compare.motion import rest_state
 from lariat.geometry.obstacles import TABLE, Obstacle, pack
-from lariat.rod import PARAMETERS, Rod, RodProperties, RolloutSpec
+from lariat.rod import PARAMETERS, Rod, RodProperties, RodState, RolloutSpec
 
 PROPERTIES = RodProperties(0.45, 0.008, 0.044, 1e6)
 """Properties of the rod."""
@@ -27,6 +30,13 @@ OBSTACLES = pack(
 """Three cylinders and the table, packed."""
 ROD_COUNT, BATCH_NODES, BATCH_CALLS = 64, 40, 5
 """Number of ropes of a batch, of their nodes, and of timed calls, of which the fastest counts."""
+HISTORIES = {
+    "none": (0.0, math.inf),
+    "set": (0.0, 3.0),
+    "friction": (0.3, math.inf),
+    "set, friction": (0.3, 3.0),
+}
+"""Coefficient of friction of the table [-] and yield curvature of the rope [1/m]."""
 FIRST_GRADIENT = """
 import resource, time
 started = time.perf_counter()
@@ -56,14 +66,69 @@ def _times(n: int, repeats: int) -> dict[str, float]:
     state = rod.rollout(RolloutSpec(start, actions, TIME_STEP, obstacles=OBSTACLES)).final
     spec = RolloutSpec(state, actions, TIME_STEP, obstacles=OBSTACLES)
     slope = np.random.default_rng(0).normal(size=(STEP_COUNT, n, 3))
-    calls: dict[str, Callable[[], object]] = {
-        "rollout_ms": lambda: rod.rollout(spec),
-        "with_gradient_ms": lambda: rod.gradient(spec, slope, ()),
+    calls = {
+        **_calls(rod, spec, slope),
         "with_all_parameters_ms": lambda: rod.gradient(spec, slope, PARAMETERS),
-        "with_60_columns_ms": lambda: rod.linearize(spec),
     }
     times = {name: 1e3 * least(call, repeats, time.process_time) for name, call in calls.items()}
     return {"nodes": n, "iterations": float(np.mean(rod.rollout(spec).iterations)), **times}
+
+
+def _calls(
+    rod: Rod, spec: RolloutSpec[RodState], slope: Float64[np.ndarray, "H n 3"]
+) -> dict[str, Callable[[], object]]:
+    return {
+        "rollout_ms": lambda: rod.rollout(spec),
+        "with_gradient_ms": lambda: rod.gradient(spec, slope, ()),
+        "with_columns_ms": lambda: rod.linearize(spec),
+    }
+
+
+def by_history(n: int = 40, steps: int = 20) -> list[dict[str, object]]:
+    """Return the least processor times of calls [ms], without and with set and friction.
+
+    A slack rope, of which half lies on a table, is drawn along it by both grips, and one grip rises.
+    """
+    actions = np.zeros((300, 2, 6))
+    actions[:200, :, 2] = -0.04
+    actions[:200, 0, 0], actions[:200, 1, 0] = 0.0045, -0.0045
+    actions[200:, :, 0] = 0.1
+    actions[200:, 1, 1] = 0.05
+    drawn = np.tile(actions[-1], (steps, 1, 1))
+    drawn[:, 1, 2] = 0.05
+    slope = np.random.default_rng(0).normal(size=(steps, n, 3))
+    rows: list[dict[str, object]] = []
+    for name, (coefficient, limit) in HISTORIES.items():
+        rod = Rod(replace(PROPERTIES, yield_curvature=limit), n)
+        state = rod.straight([-0.225, 0.0, 0.1], [0.225, 0.0, 0.1])
+        for part, friction in ((slice(0, 200), 0.0), (slice(200, 300), coefficient)):
+            table = pack([Obstacle("half_space", (0.0, 0.0, 0.0), friction=friction)])
+            state = rod.rollout(
+                RolloutSpec(state, actions[part], TIME_STEP, obstacles=table)
+            ).final
+        spec = RolloutSpec(state, drawn, TIME_STEP, obstacles=table)
+        calls = _calls(rod, spec, slope)
+        times = {key: 1e3 * least(call, 50, time.process_time) for key, call in calls.items()}
+        motion = rod.rollout(spec)
+        touching = motion.positions[:, :, 2] < 0.5 * PROPERTIES.diameter + 0.0005
+        rows.append(
+            {
+                "history": name,
+                "touching": float(np.mean(np.sum(touching, axis=1))),
+                "yielding": _yielding_share(state, motion.final),
+                "iterations": float(np.mean(motion.iterations)),
+                **times,
+            }
+        )
+    return rows
+
+
+def _yielding_share(before: RodState, after: RodState) -> float:
+    """Return the share of the bends whose set has grown [-]."""
+    if before.plastic_curvature is None or after.plastic_curvature is None:
+        return 0.0
+    grown = np.abs(after.plastic_curvature - before.plastic_curvature) > 1e-9
+    return float(np.mean(np.any(grown, axis=(1, 2))))
 
 
 def by_batch(threads: tuple[int, ...] = (1, 2)) -> list[dict[str, object]]:

@@ -18,6 +18,7 @@ from rich.table import Table
 from lariat.configuration import ConfigurationError, reason_of, refusing
 from lariat.files.array_file import read_arrays
 from lariat.files.file_kind import kind_of
+from lariat.geometry import Obstacle, pack
 from lariat.identification import (
     Fit,
     Grip,
@@ -39,6 +40,9 @@ MOTION_KEYS = ("vertices", "dt", "prescribed")
 MAX_ARRAY_SIZE = 2**29
 """Largest array of a motion file [bytes]; an hour at 100 Hz of 50 vertices takes 0.4 GB."""
 
+TABLE_FRICTION = 0.3
+"""Coefficient of friction of a table, of which a factor is found [-]."""
+
 
 def main(
     file: tyro.conf.Positional[Path],
@@ -51,6 +55,8 @@ def main(
     linear_density: float | None = None,
     diameter: float = 0.008,
     drag_coefficient: float = 0.0,
+    yield_curvature: float | None = None,
+    table: float | None = None,
     grip: Grip = "clamped",
     scale: float = 1.0,
     up: Up = "z",
@@ -78,6 +84,10 @@ def main(
         linear_density: Mass per length [kg/m]; required for EI in N m^2.
         diameter: Diameter of the rope [m]; has little influence without drag.
         drag_coefficient: Initial drag coefficient across the rope, e.g. 1.1; 0 leaves drag out [-].
+        yield_curvature: Initial yield curvature of a rope that keeps bends, straight at first, e.g.
+            5 [1/m]; by default it springs back.
+        table: Height of a table that the rope is drawn along, whose friction is found as a factor
+            on a coefficient of 0.3 [m]; by default the rope touches nothing.
         grip: Direction where two or more vertices are held: `clamped` if they are on the gripper,
             along the innermost two; `measured` if they are on the rope, as the vertices there bend.
         scale: Size of the unit of `vertices` [m], e.g. 0.001 for millimetres.
@@ -100,6 +110,10 @@ def main(
         messages.print(f"note: {line}")
     try:
         start = _initial_properties(bending_stiffness, linear_density, diameter, drag_coefficient)
+        if yield_curvature is not None:
+            start = replace(start, yield_curvature=yield_curvature)
+        if table is not None:
+            measured, source = (_on_table(motion, table) for motion in (measured, source))
         with _progress(messages) as report:
             fit = identify(source, start, fit_seconds, report)
         first = 1
@@ -164,6 +178,11 @@ def read(
         if np.issubdtype(vertices.dtype, np.number) and vertices.ndim and vertices.shape[-1] == 3:
             vertices = with_z_up(scale * vertices, up)
         return check_motion(vertices, own_dt if dt is None else dt, prescribed, grip)
+
+
+def _on_table(motion: Motion, height: float) -> Motion:
+    table = Obstacle("half_space", (0.0, 0.0, height), friction=TABLE_FRICTION)
+    return replace(motion, bodies=pack([table]))
 
 
 def _initial_properties(

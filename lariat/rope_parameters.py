@@ -61,8 +61,8 @@ class RopeParameter:
     """Parameters of the kernels that are proportional to it; by default the one of its name."""
     short_windows: bool = False
     """Whether short windows of a motion determine it."""
-    swinging: bool = False
-    """Whether only a rope that swings shows it; shapes at rest do not depend on it."""
+    follows_history: bool = False
+    """Whether a shape shows it by how the rope came there, swinging or touching, alone."""
     per_density: tuple[str, str] | None = None
     """Name and unit of its ratio to the linear density, where motion determines that alone."""
 
@@ -128,7 +128,7 @@ ROPE_PARAMETERS = (
         fit_prior=Prior(1.5, 5.0),
         bounds=(0.0, 1e6),
         short_windows=True,
-        swinging=True,
+        follows_history=True,
     ),
     RopeParameter(
         "internal_damping",
@@ -139,7 +139,7 @@ ROPE_PARAMETERS = (
         bounds=(0.0, 1e6),
         published=False,
         short_windows=True,
-        swinging=True,
+        follows_history=True,
     ),
     RopeParameter(
         "drag_coefficient",
@@ -148,7 +148,7 @@ ROPE_PARAMETERS = (
         filter_prior=Prior(0.5, log(5.0)),
         fit_prior=Prior(0.7, 3.0),
         bounds=(0.0, 1e3),
-        swinging=True,
+        follows_history=True,
         per_density=("drag_coefficient_per_density", "m/kg"),
     ),
     RopeParameter(
@@ -185,6 +185,24 @@ ROPE_PARAMETERS = (
         fit_prior=Prior(3.0, 100.0),
         bounds=(-1e4, 1e4),
         short_windows=True,
+    ),
+    RopeParameter(
+        "yield_curvature",
+        "1/m",
+        Values.SCALAR,
+        filter_prior=Prior(0.4, log(4.0)),
+        fit_prior=Prior(0.7, 3.0),
+        bounds=(1e-3, 1e6),
+        follows_history=True,
+    ),
+    RopeParameter(
+        "friction_factor",
+        "-",
+        Values.SCALAR,
+        filter_prior=Prior(0.7, log(5.0)),
+        fit_prior=Prior(0.7, 3.0),
+        bounds=(1e-3, 1e3),
+        follows_history=True,
     ),
     RopeParameter(
         "grip_offset",

@@ -9,12 +9,13 @@ from benchmarks.campaign import Workers
 from benchmarks.rod import gradient_errors, hard_cases, times
 from benchmarks.tables import Result, publish
 
-Part = Literal["gradients", "speed", "batch", "start", "hard"]
+Part = Literal["gradients", "speed", "history", "batch", "start", "hard"]
 ALL_PARTS: tuple[Part, ...] = get_args(Part)
 """All parts, in the order of their tables."""
 CONDITIONS: dict[Part, str] = {
     "gradients": "relative errors of adjoint gradients of 5 steps of 10 ms, in contact with a bar",
     "speed": "least processor time of 5 steps of 10 ms of a moving rod among four obstacles",
+    "history": "least processor time of 20 steps of 10 ms of a rope drawn along a table, n = 40",
     "batch": "64 ropes, n = 40, 5 steps of 10 ms, no obstacles; wall time",
     "start": "time of a fresh process until its first gradient, n = 10, without and with kept code",
     "hard": "random rods of 5 to 401 nodes, both ends yanked, an obstacle in their middle",
@@ -32,8 +33,9 @@ def run(
     """Measure gradients, speed, start-up and robustness of the rod.
 
     The parts are: `gradients` (adjoint against finite differences), `speed` (time of roll-outs and
-    gradients by number of nodes), `batch` (throughput of many rods on threads), `start` (time until
-    the first gradient of a process) and `hard` (rods that are yanked and start inside an obstacle).
+    gradients by number of nodes), `history` (what set and friction add to them), `batch`
+    (throughput of many rods on threads), `start` (time until the first gradient of a process) and
+    `hard` (rods that are yanked and start inside an obstacle).
     The rod is measured alone: no plant, camera or adaptation.
 
     Examples:
@@ -49,6 +51,7 @@ def run(
     measures = {
         "gradients": gradient_errors.rows,
         "speed": times.by_size,
+        "history": times.by_history,
         "batch": times.by_batch,
         "start": times.first_launch,
         "hard": lambda: [hard_cases.measure(cases, workers)],

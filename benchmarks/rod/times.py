@@ -87,7 +87,8 @@ def _calls(
 def by_history(n: int = 40, steps: int = 20) -> list[dict[str, object]]:
     """Return the least processor times of calls [ms], without and with set and friction.
 
-    A slack rope, of which half lies on a table, is drawn along it by both grips, and one grip rises.
+    A slack rope, of which half lies on a table, is drawn along it by both grips, of which one
+    rises.
     """
     actions = np.zeros((300, 2, 6))
     actions[:200, :, 2] = -0.04
@@ -103,9 +104,7 @@ def by_history(n: int = 40, steps: int = 20) -> list[dict[str, object]]:
         state = rod.straight([-0.225, 0.0, 0.1], [0.225, 0.0, 0.1])
         for part, friction in ((slice(0, 200), 0.0), (slice(200, 300), coefficient)):
             table = pack([Obstacle("half_space", (0.0, 0.0, 0.0), friction=friction)])
-            state = rod.rollout(
-                RolloutSpec(state, actions[part], TIME_STEP, obstacles=table)
-            ).final
+            state = rod.rollout(RolloutSpec(state, actions[part], TIME_STEP, obstacles=table)).final
         spec = RolloutSpec(state, drawn, TIME_STEP, obstacles=table)
         calls = _calls(rod, spec, slope)
         times = {key: 1e3 * least(call, 50, time.process_time) for key, call in calls.items()}

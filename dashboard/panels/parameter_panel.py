@@ -169,8 +169,8 @@ def true_values(scenario: Scenario) -> dict[str, float]:
     if not scenario.simulated:
         return {}
     rope = rod_properties(scenario.plant_rope)
-    scalars = (p for p in PUBLISHED if p.values is Values.SCALAR)
-    return {parameter.name: float(parameter.of(rope)[0]) for parameter in scalars}
+    values = {p.name: float(p.of(rope)[0]) for p in PUBLISHED if p.values is Values.SCALAR}
+    return {name: value for name, value in values.items() if math.isfinite(value)}
 
 
 def table_html(parameters: list[NamedParameter]) -> str:

@@ -279,6 +279,11 @@ def chain_clearance(
     return nearest - radius
 
 
+def has_friction(packed: Float64[np.ndarray, "m 13"] | None) -> bool:
+    """Return whether any of packed obstacles has friction."""
+    return packed is not None and bool(np.any(packed[:, FRICTION_COLUMN]))
+
+
 def pack_supports(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 13"] | None:
     """Return the obstacles that the rope may lean on, packed for the rod; None without any.
 

@@ -274,7 +274,8 @@ def identify(
     """Identify the material of a rope from its motion.
 
     Args:
-        motion: Measured motion.
+        motion: Measured motion; with a yield curvature to find, or bodies that are touched, a rope
+            without set or friction at the start of each sequence.
         start: Initial guess; its diameter and linear density are kept, its length is not used.
         seconds: Duration to use of every sequence, from its start [s]; by default all of it.
         report: Callback for progress.
@@ -299,8 +300,12 @@ def identify(
         material.per_unknown(lambda p: p.fit_prior.limit),
     )
 
+    # Set and friction depend on all of a rope's history: their windows begin with the sequences.
+    from_start = motion.bodies is not None or material.mean.yields
+
     def windows(length: float) -> list[Window]:
-        return twin.windows(max(5, round(length / motion.dt)))
+        found = twin.windows(max(5, round(length / motion.dt)))
+        return [w for w in found if w.frame == 1] if from_start else found
 
     short, middle, long = (windows(length) for length in WINDOW_DURATIONS)
     x = _grid_search(search, short, lambda share: report("searching", 0.1 * share))
@@ -390,7 +395,7 @@ def _material(twin: RodTwin, start: RodProperties) -> Material:
     knots = int(np.clip(len(twin.arcs) - 1, 2, MAX_PROFILE_KNOTS))
     clamped = "clamped" in twin.kinds
     mean = replace(start, length=twin.length)
-    return Material(mean, knots, knots if clamped else 0)
+    return Material(mean, knots, knots if clamped else 0, twin.motion.bodies is not None)
 
 
 def _grid_search(

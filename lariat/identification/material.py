@@ -32,6 +32,9 @@ class Material:
     curvature_knots: int = 0
     """Knots of the rest curvature; zero for a rope that is straight at rest."""
 
+    touches: bool = True
+    """Whether the rope touches bodies, whose friction may be unknown."""
+
     parameters = MATERIAL
     """Rows of the table that may be unknown."""
 
@@ -46,10 +49,12 @@ class Material:
         return places
 
     def _size(self, parameter: RopeParameter) -> int:
+        if parameter.name == "friction_factor" and not self.touches:
+            return 0
         match parameter.values:
             case Values.SCALAR:
-                # Zero has no logarithm: what is given as zero is not unknown.
-                return int(parameter.of(self.mean)[0] > 0.0)
+                # Zero and infinity have no logarithm: what is given so is not unknown.
+                return int(0.0 < parameter.of(self.mean)[0] < math.inf)
             case Values.FACTORS:
                 return self.profile_knots if self.profile_knots > 1 else 0
             case Values.CURVATURE:

@@ -53,6 +53,9 @@ class Motion:
     tangent_vertices: int = 4
     """Vertices at an end whose polynomial has the tangents of a `measured` grip."""
 
+    bodies: Float64[np.ndarray, "m 13"] | None = None
+    """Bodies that the rope touches, packed by `lariat.geometry.pack`."""
+
     @property
     def free(self) -> Bool[np.ndarray, "V"]:
         """Mask of the vertices that are not held."""

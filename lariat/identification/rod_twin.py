@@ -177,8 +177,9 @@ class RodTwin:
     ) -> Float64[np.ndarray, "B H k 3"]:
         """Return the predicted free vertices [m]."""
         states, actions = self.inputs(properties, windows)
+        bodies = self.motion.bodies
         rollouts = self.rod(properties).rollout(
-            RolloutSpec(states, actions, self.motion.dt, substeps=self.substeps)
+            RolloutSpec(states, actions, self.motion.dt, substeps=self.substeps, obstacles=bodies)
         )
         return self.at_free_vertices(np.stack([r.positions for r in rollouts]))
 
@@ -190,12 +191,15 @@ class RodTwin:
         Initial states and grip motions are held constant.
         """
         states, actions = self.inputs(properties, windows)
+        bodies = self.motion.bodies
         rod = self.rod(properties)
         found = []
         for b, state in enumerate(states):
             # One at a time: sensitivities keep every step of their roll-out.
             line = rod.linearize(
-                RolloutSpec(state, actions[b], self.motion.dt, substeps=self.substeps),
+                RolloutSpec(
+                    state, actions[b], self.motion.dt, substeps=self.substeps, obstacles=bodies
+                ),
                 parameters,
                 with_actions=False,
             )

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import polylines, poses
-from lariat.geometry.obstacles import Obstacle, pack_supports
+from lariat.geometry.obstacles import Obstacle, has_friction, pack_supports
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RodState, add_turns, count_turns_along, state_along
 from lariat.rod.part_fit import fit_part
@@ -49,6 +49,8 @@ class RopeModel:
         """Rods with one identified property off by its standard deviation each."""
         self.held = (UNMOVED, UNMOVED)
         """Poses of the rope's ends in the frames of the grips. Paths are planned for the ends."""
+        self._set: Float64[np.ndarray, "b l 3"] | None = None
+        """What the layers of all bends of the present rope keep [1/m]; None without a set."""
 
     def update(
         self,
@@ -66,6 +68,15 @@ class RopeModel:
         self.rod = self.rod.with_properties(properties)
         self.held = ends_in_grips
         self.variants = tuple(self.rod.with_properties(p) for p in unsure)
+
+    def take_set(self, kept: Float64[np.ndarray, "k"]) -> None:
+        """Take what the layers of all bends of the present rope keep, of a rod of as many nodes.
+
+        Args:
+            kept: Numbers of `RodState.plastic_curvature`, in one row [1/m]; none for no set.
+        """
+        shape = (self.rod.node_count, len(self.given.layers), 3)
+        self._set = kept.reshape(shape) if len(kept) == np.prod(shape) else None
 
     def ends(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
         """Poses of the rope's ends between two grips."""
@@ -105,6 +116,8 @@ class RopeModel:
     ) -> RodState:
         """State at rest between the grips, with the observed shape and the given turns of twist.
 
+        With a set, or friction on supports, the rope has a history: it is the one that was seen.
+
         Args:
             grips: Poses of the rope's ends.
             seen: Nodes of the observed rope [m]; None before the first observation.
@@ -115,6 +128,11 @@ class RopeModel:
             ValueError: The rope does not reach from grip to grip.
         """
         supports = pack_supports(obstacles)
+        if seen is not None and (self._set is not None or has_friction(supports)):
+            observed = self._resampled(seen)
+            guess = state_along(observed, grips[0].orientation, grips[1].orientation)
+            guess = replace(add_turns(guess, turns), plastic_curvature=self._set)
+            return self.rod.rest(*grips, guess=guess, obstacles=supports).state
         state = self.rod.rest(*grips, obstacles=supports).state
         if seen is None:
             return self._rest_with_turns(state, turns, grips, supports)

@@ -81,6 +81,8 @@ class RodProperties:
     """Share of the stiffness that friction between strands bears until they slip [-]."""
     slip_curvature: float = 1.0
     """Curvature, counted from the last reversal, at which strands begin to slip [1/m]."""
+    friction_factor: float = 1.0
+    """Factor on the coefficients of friction of all bodies [-]."""
     contact_stiffness: float = 1e6
     """Contact force per length of rod and depth of overlap, at least [N/m^2]; see
     `effective_contact_stiffness`."""
@@ -99,6 +101,7 @@ class RodProperties:
             ("damping", " 1/s", 1.0),
             ("internal_damping", " s", 0.01),
             ("drag_coefficient", "", 1.1),
+            ("friction_factor", "", 1.0),
         ):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
@@ -140,6 +143,11 @@ class RodProperties:
                 f"rest_curvature must be rows of three finite numbers, got "
                 f"{self.rest_curvature}; ((0, 0, 0),) is straight"
             )
+
+    @property
+    def yields(self) -> bool:
+        """Whether the rod keeps bends."""
+        return math.isfinite(self.yield_curvature)
 
     @property
     def bending_stiffness(self) -> float:

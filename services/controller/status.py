@@ -66,6 +66,8 @@ class StatusPublisher:
                 self._estimator.innovation,
                 adapts=task.adapts,
             )
+            if (kept := self._estimator.state.plastic_curvature) is not None:
+                parameters.plastic_curvature.extend(kept.ravel())
             yield Publication(topics.CONTROLLER_PARAMETERS, parameters)
         if task.run and self._due("result", now, RESULT_PERIOD):
             result = RunResult(stamp=now)

@@ -6,10 +6,12 @@ import logging
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from lariat.planning.rope_model import RopeModel
 from lariat.rod import RodProperties
 from lariat.rope_parameters import MATERIAL
-from shared.messages import RodParameters
+from shared.messages import Parameters, RodParameters
 from shared.messages.parameters import held_ends, rod_estimates
 
 log = logging.getLogger(__name__)
@@ -21,8 +23,10 @@ MAX_LOG_STIFFNESS_DEVIATION = 0.7
 known less is learnt first."""
 
 
-def update(rope: RopeModel, learnt: RodParameters) -> None:
-    """Give the planner's rope the properties that the controller has identified."""
+def update(rope: RopeModel, parameters: Parameters) -> None:
+    """Give the planner's rope the set and the properties that the controller's model has."""
+    rope.take_set(np.asarray(parameters.plastic_curvature, float))
+    learnt = parameters.rod
     if not is_learnt(learnt):
         return
     try:

@@ -153,7 +153,7 @@ class PlannerService:
             )
             with self.door.guard("a goal to plan for") as outcome:
                 if parameters is not None:
-                    update(self._rope, parameters.message.rod)
+                    update(self._rope, parameters.message)
                 beside = other_rope_obstacles(others.message) if others is not None else ()
                 self._path = self._plan(task.message, scene.message, motions, beside, begin, nodes)
             if outcome.refusal:

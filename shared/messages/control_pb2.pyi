@@ -85,7 +85,7 @@ class Estimate(_message.Message):
     def __init__(self, value: _Optional[float] = ..., standard_deviation: _Optional[float] = ...) -> None: ...
 
 class RodParameters(_message.Message):
-    __slots__ = ("bending_stiffness", "twist_ratio", "damping", "length", "stiffness_profile", "rest_curvature", "grip_offset", "grip_rotation", "drag_coefficient")
+    __slots__ = ("bending_stiffness", "twist_ratio", "damping", "length", "stiffness_profile", "rest_curvature", "grip_offset", "grip_rotation", "drag_coefficient", "yield_curvature", "friction_factor")
     BENDING_STIFFNESS_FIELD_NUMBER: _ClassVar[int]
     TWIST_RATIO_FIELD_NUMBER: _ClassVar[int]
     DAMPING_FIELD_NUMBER: _ClassVar[int]
@@ -95,6 +95,8 @@ class RodParameters(_message.Message):
     GRIP_OFFSET_FIELD_NUMBER: _ClassVar[int]
     GRIP_ROTATION_FIELD_NUMBER: _ClassVar[int]
     DRAG_COEFFICIENT_FIELD_NUMBER: _ClassVar[int]
+    YIELD_CURVATURE_FIELD_NUMBER: _ClassVar[int]
+    FRICTION_FACTOR_FIELD_NUMBER: _ClassVar[int]
     bending_stiffness: Estimate
     twist_ratio: Estimate
     damping: Estimate
@@ -104,7 +106,9 @@ class RodParameters(_message.Message):
     grip_offset: _containers.RepeatedCompositeFieldContainer[Estimate]
     grip_rotation: _containers.RepeatedCompositeFieldContainer[Estimate]
     drag_coefficient: Estimate
-    def __init__(self, bending_stiffness: _Optional[_Union[Estimate, _Mapping]] = ..., twist_ratio: _Optional[_Union[Estimate, _Mapping]] = ..., damping: _Optional[_Union[Estimate, _Mapping]] = ..., length: _Optional[_Union[Estimate, _Mapping]] = ..., stiffness_profile: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., rest_curvature: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., grip_offset: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., grip_rotation: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., drag_coefficient: _Optional[_Union[Estimate, _Mapping]] = ...) -> None: ...
+    yield_curvature: Estimate
+    friction_factor: Estimate
+    def __init__(self, bending_stiffness: _Optional[_Union[Estimate, _Mapping]] = ..., twist_ratio: _Optional[_Union[Estimate, _Mapping]] = ..., damping: _Optional[_Union[Estimate, _Mapping]] = ..., length: _Optional[_Union[Estimate, _Mapping]] = ..., stiffness_profile: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., rest_curvature: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., grip_offset: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., grip_rotation: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., drag_coefficient: _Optional[_Union[Estimate, _Mapping]] = ..., yield_curvature: _Optional[_Union[Estimate, _Mapping]] = ..., friction_factor: _Optional[_Union[Estimate, _Mapping]] = ...) -> None: ...
 
 class XpbdParameters(_message.Message):
     __slots__ = ("mass", "inertia", "linear_damping", "angular_damping", "bending_compliance")
@@ -121,16 +125,18 @@ class XpbdParameters(_message.Message):
     def __init__(self, mass: _Optional[float] = ..., inertia: _Optional[float] = ..., linear_damping: _Optional[float] = ..., angular_damping: _Optional[float] = ..., bending_compliance: _Optional[float] = ...) -> None: ...
 
 class Parameters(_message.Message):
-    __slots__ = ("stamp", "prediction_error", "rod", "xpbd")
+    __slots__ = ("stamp", "prediction_error", "rod", "xpbd", "plastic_curvature")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     PREDICTION_ERROR_FIELD_NUMBER: _ClassVar[int]
     ROD_FIELD_NUMBER: _ClassVar[int]
     XPBD_FIELD_NUMBER: _ClassVar[int]
+    PLASTIC_CURVATURE_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     prediction_error: float
     rod: RodParameters
     xpbd: XpbdParameters
-    def __init__(self, stamp: _Optional[int] = ..., prediction_error: _Optional[float] = ..., rod: _Optional[_Union[RodParameters, _Mapping]] = ..., xpbd: _Optional[_Union[XpbdParameters, _Mapping]] = ...) -> None: ...
+    plastic_curvature: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, stamp: _Optional[int] = ..., prediction_error: _Optional[float] = ..., rod: _Optional[_Union[RodParameters, _Mapping]] = ..., xpbd: _Optional[_Union[XpbdParameters, _Mapping]] = ..., plastic_curvature: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class RunResult(_message.Message):
     __slots__ = ("stamp", "run", "reached", "duration", "error", "max_node_error", "min_clearance", "replans", "reason", "reason_code", "angle_error", "slow_pauses")

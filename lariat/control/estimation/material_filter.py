@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.control.estimation.adaptation import ParameterEstimate
+from lariat.control.estimation.history_sensitivity import HistorySensitivity
 from lariat.control.estimation.material_filter_settings import MaterialFilterSettings
 from lariat.control.estimation.observation_mean import MAX_OBSERVATIONS, ObservationMean
 from lariat.control.estimation.rope_observation import RopeObservation
@@ -33,7 +34,6 @@ from lariat.control.estimation.shape_evidence import (
     with_own_value,
 )
 from lariat.control.estimation.state_estimator import StateEstimator
-from lariat.control.estimation.swing_sensitivity import SwingSensitivity
 from lariat.geometry import poses
 from lariat.identification import posterior
 from lariat.rod import RodProperties
@@ -80,10 +80,12 @@ class MaterialFilter:
         self._applied = self._x
         self._limits = self._unknowns.per_unknown(lambda p: p.filter_prior.limit)
         self._free = self._limits > 0.0
-        self._swinging = self._free & (self._unknowns.per_unknown(lambda p: float(p.swinging)) > 0)
-        """Unknowns that shapes at rest do not depend on."""
-        self._swing_sensitivity = SwingSensitivity(
-            [name for name, at in self._unknowns.groups.items() if self._swinging[at].all()]
+        self._by_history = self._free & (
+            self._unknowns.per_unknown(lambda p: float(p.follows_history)) > 0
+        )
+        """Unknowns that shapes show by how the rope came there."""
+        self._history_sensitivity = HistorySensitivity(
+            [name for name, at in self._unknowns.groups.items() if self._by_history[at].all()]
         )
         self._updated: int | None = None
         self._stated: Float64[np.ndarray, "P"] | None = None
@@ -110,7 +112,9 @@ class MaterialFilter:
     @property
     def scalars(self) -> Mapping[str, ParameterEstimate]:
         """Estimates of the parameters that have one value."""
-        return {p.name: self._estimates(p)[0] for p in PUBLISHED if p.values is Values.SCALAR}
+        found = {p.name: self._estimates(p)[0] for p in PUBLISHED if p.values is Values.SCALAR}
+        # A rope that springs back has no yield curvature.
+        return {name: of for name, of in found.items() if math.isfinite(of.value)}
 
     @property
     def profiles(self) -> Mapping[str, Sequence[ParameterEstimate]]:
@@ -142,7 +146,7 @@ class MaterialFilter:
     ) -> Float64[np.ndarray, "n 3"] | None:
         """Take in an observation, as of `Adaptation`; the change [m] is that of the rest shape."""
         settings = self.settings
-        self._swing_sensitivity.follow(estimator)
+        self._history_sensitivity.follow(estimator)
         before = self._mean_motion
         if before is None or _displacement(before, estimator.motion) > settings.standing_distance:
             self._mean_motion = estimator.motion
@@ -204,10 +208,17 @@ class MaterialFilter:
         change = jacobian @ (self._x - self._applied)
         if _rms(change) < settings.min_shape_change:
             return None
+        self._history_sensitivity.reset()
+        moved = self._x - self._applied
+        changes = {
+            name: float(moved[at][0])
+            for name, at in self._unknowns.groups.items()
+            if self._by_history[at].all()
+        }
+        estimator.change_set(self._history_sensitivity.set_change(changes))
         self._applied = self._x
         self.properties = self._unknowns.properties(self._x)
         self.grip_errors = self._unknowns.grip_errors(self._x)
-        self._swing_sensitivity.reset()
         return change
 
     def _accepted(
@@ -286,11 +297,11 @@ class MaterialFilter:
 
     def _jacobian(self, estimator: StateEstimator, stamp: int) -> Float64[np.ndarray, "n 3 P"]:
         """Derivative of the node positions with respect to the unknowns [m]."""
-        static = self._free & ~self._swinging
+        static = self._free & ~self._by_history
         jacobian = self._unknowns.shape_jacobian(estimator, self._applied, static)
-        swinging = self._swing_sensitivity.jacobian_at(stamp)
-        if swinging is not None:
-            jacobian[..., self._swinging] = swinging
+        by_history = self._history_sensitivity.jacobian_at(stamp)
+        if by_history is not None:
+            jacobian[..., self._by_history] = by_history
         return jacobian
 
 

@@ -109,7 +109,7 @@ class StateEstimator:
         Args:
             motion: Motion of the grips that the arms report.
             time: Time of that motion [ns].
-            seen: Observed nodes near which the rest shape lies, if any [m].
+            seen: Observed nodes near which the rest shape lies, if any [m]; it keeps its set.
             turns: Whole turns of twist.
 
         Raises:
@@ -118,6 +118,7 @@ class StateEstimator:
         guess, ends = None, self.grip_errors.held(motion)
         if seen is not None:
             guess = add_turns(state_along(seen, *ends.orientations), turns)
+            guess = replace(guess, plastic_curvature=self.state.plastic_curvature)
         elif turns:
             guess = add_turns(self.rod.rest(*ends.grips, obstacles=self.supports).state, turns)
         self.state: RodState = self.rod.rest(
@@ -215,6 +216,22 @@ class StateEstimator:
             old, _ = self._settled(before, ends, ends)
             new, _ = self._settled(rod, ends, self.held_motion)
             self._carry_over(old, new)
+
+    def change_set(self, change: Float64[np.ndarray, "b l 3"] | float) -> None:
+        """Continue with another set, whose shape the model is carried over to.
+
+        Args:
+            change: What the layers of the bends keep more than before [1/m].
+        """
+        kept = self.state.plastic_curvature
+        if kept is None or not np.any(change):
+            return
+        assert isinstance(self.rod, Rod)
+        ends = self.held_motion
+        old, _ = self._settled(self.rod, ends, ends)
+        self.state = replace(self.state, plastic_curvature=kept + change)
+        new, _ = self._settled(self.rod, ends, ends)
+        self._carry_over(old, new)
 
     def shape_change(
         self, rod: DifferentiableRod, grip_errors: GripErrors
@@ -317,6 +334,7 @@ class StateEstimator:
         limit = self.settings.max_equilibrium_mismatch * farthest(self.state)
         for more in OTHER_TURNS:
             guess = add_turns(state_along(seen, *ends.orientations), turns + more)
+            guess = replace(guess, plastic_curvature=self.state.plastic_curvature)
             try:
                 rest = self.rod.rest(*ends.grips, guess=guess, obstacles=self.supports)
             except ValueError:

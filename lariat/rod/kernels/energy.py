@@ -64,6 +64,7 @@ from lariat.rod.kernels.step_terms import (
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import HessianPart, Task
 from lariat.rod.launch.layout import (
+    BEND_LANE_ROTATION,
     EFFECTIVE_BEND_WIDTH,
     HISTORY_SLOTS,
     LANE_COUNT,
@@ -290,6 +291,7 @@ def bend_energy(
                 store_lane_symmetric(w, at, 17, rear_factor @ left_inverse)
                 store_lane_symmetric(w, at, 23, front_factor @ right_inverse)
                 store_lane33(w, at, 29, -(front_factor @ left_inverse))
+                store_lane(w, at, BEND_LANE_ROTATION, u)
             for k in range(count):
                 j = first + k
                 at = lanes + k
@@ -301,9 +303,9 @@ def bend_energy(
                     w33[m] = w33[m] + load_lane_symmetric(w, at, 17)
                     w33[m + 6] = w33[m + 6] + load_lane_symmetric(w, at, 23)
                     w33[m + 2] = load_lane33(w, at, 29)
+            if ni[Header.LAYERS] > 0:
+                energy += plastic_energy(ni, w, rod, step, arg, real, first, count)
         result = energy
-        if ni[Header.LAYERS] > 0:
-            result += plastic_energy(ni, w, rod, step, arg, real)
     else:
         if task == Task.UPDATE_STATE and ni[Header.LAYERS] > 0:
             update_sets(ni, w, rod, step)

@@ -53,7 +53,7 @@ from lariat.rod.kernels.rotations import (
 )
 from lariat.rod.kernels.step_terms import add_parameter_derivative
 from lariat.rod.kernels.types import Doubles, Integers
-from lariat.rod.launch.codes import HessianPart
+from lariat.rod.launch.codes import FrictionMode, HessianPart
 from lariat.rod.launch.layout import (
     COLUMNS_STRIDE,
     COLUMNS_WIDTH,
@@ -62,9 +62,11 @@ from lariat.rod.launch.layout import (
     FROZEN_FRICTION_WIDTH,
     GROUP_COLUMNS,
     HISTORY_SLOTS,
+    OBSTACLE_WIDTH,
     FrictionContact,
     FrozenFriction,
     Header,
+    ObstacleRow,
     ParameterCode,
     Scalar,
     Section,
@@ -121,142 +123,164 @@ def moment_arm(ni: ti.template(), w: ti.template(), rod, step, entry):
 
 @ti.real_func
 def friction_energy(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32, part: ti.i32) -> ti.f64:
-    """Add energy, gradient and Hessian of friction at all samples that touch.
+    """Add energy, gradient and Hessian of friction at all samples that touch, edge by edge.
 
-    The blocks of the transposed Hessian get the differences from those of the Hessian.
+    The blocks of the transposed Hessian get the differences from those of the Hessian. With
+    b = n x d for a sample that slides along d, else b = d = 0, the pull changes by
+
+        secant (I - n n^T - d d^T) du,  and turns, r w x n in u, by  secant ([n] + d b^T) r w.
     """
     energy = 0.0
-    exact_return = w[rod + ni[Section.FRICTION_CONTACTS] + 1]
+    mode = w[rod + ni[Section.FRICTION_CONTACTS] + 1]
     k = friction_stiffness(ni, w, rod)
     radius = surface_radius(ni, w, rod)
     exact = ti.select(part == HessianPart.POSITIVE, 0.0, 1.0)
+    zero = ti.Matrix.zero(ti.f64, 3, 3)
+    identity = ti.Matrix.identity(ti.f64, 3)
     if part != HessianPart.NONE:
-        zero = ti.Matrix.zero(ti.f64, 3, 3)
         for j in range(2 * ni[Header.NODES] - 1):
             m = transposed_at(ni, rod, step, j)
             store33(w, m + 9, zero)
             store33(w, m + 18, zero)
-    # Chords and the last look at the slips take the forces alone.
-    with_matrices = part != HessianPart.NONE or (exact_return > 0.0 and ni[Header.DERIVATIVES] > 0)
-    edge = -1
-    frame = ti.Matrix.zero(ti.f64, 3, 3)
-    by_turn = frame
-    x = ti.Vector([0.0, 0.0, 0.0])
-    moved_start = x
-    moved_end = x
-    turn = x
-    start = x
-    end = x
-    for a in range(contact_count(ni, w, rod)):
-        entry = contact_at(ni, rod, a)
-        if ti.cast(w[entry + FrictionContact.EDGE], ti.i32) != edge:
-            edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
-            q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, edge))
-            relative = relative_rotation(
-                q1, load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
-            )
-            theta = logarithm(relative)
-            by_turn = rotation_matrix(q1)
-            turn = by_turn @ theta
-            frame = rotation_matrix(load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge)))
-            if part == HessianPart.POSITIVE:
-                by_turn = frame
-            else:
-                c, _d = log_coefficients(relative)
-                by_turn = by_turn @ left_jacobian_inverse(theta, c).transpose()
-            at = position_at(ni, rod, step + HISTORY_SLOTS, edge)
-            before = position_at(ni, rod, step + HISTORY_SLOTS - 1, edge)
-            start = load3(w, at)
-            end = load3(w, at + 3)
-            moved_start = start - load3(w, before)
-            moved_end = end - load3(w, before + 3)
-        pair = ti.cast(w[entry + FrictionContact.PAIR], ti.i32)
-        s = w[entry + FrictionContact.PLACE]
-        n = load3(w, entry + FrictionContact.NORMAL)
-        coefficient = w[entry + FrictionContact.COEFFICIENT]
-        force = w[entry + FrictionContact.NORMAL_FORCE]
-        moved = (1.0 - s) * moved_start + s * moved_end
-        moved += load3(w, slip_at(ni, rod, step, pair)) - radius * turn.cross(n)
-        off = n.dot(moved)
-        u = moved - off * n
-        size = ti.sqrt(u.dot(u)) + 1e-300
-        direction = u / size
-        slides = ti.select(k * size > coefficient * force, 1.0, 0.0)
-        frozen = frozen_at(ni, rod, pair)
-        slid = load3(w, frozen + FrozenFriction.DIRECTION)
-        if exact_return < 0.0 and w[frozen + FrozenFriction.LIMIT] > 0.0:
-            # The first iterate of a solve slides where the solve before did.
-            slides = ti.select(slid.dot(slid) > 0.0, 1.0, 0.0)
-        if exact_return <= 0.0 and u.dot(slid) < 0.0:
-            # A sample that turns back sticks in the next linear solve, whatever force that takes.
-            slides = 0.0
-        secant = ti.select(slides > 0.0, coefficient * force / size, k)
-        frozen_energy = 0.0
-        limit = w[frozen + FrozenFriction.LIMIT]
-        if exact_return > 0.0 and limit > 0.0:
-            accepted = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * edge)
-            now = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
-            n0 = load3(w, frozen + FrozenFriction.NORMAL)
-            turn0 = rotation_matrix(accepted) @ logarithm(relative_rotation(accepted, now))
-            v = (1.0 - s) * start + s * end - radius * turn0.cross(n0)
-            v -= sample_between(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * edge, s)
-            v += load3(w, frozen + FrozenFriction.SLIP)
-            v -= n0.dot(v) * n0
-            frozen_energy = limited_energy(ti.sqrt(v.dot(v)), limit, k)
-        energy += frozen_energy
-        pull = secant * u
-        moment = -radius * (frame.transpose() @ n.cross(pull))
-        w[entry + FrictionContact.FROZEN_ENERGY] = frozen_energy
-        store(w, entry + FrictionContact.SLIP, u)
-        store(w, entry + FrictionContact.DIRECTION, slides * direction)
-        store(w, entry + FrictionContact.PULL, pull)
-        g = rod + ni[Section.GRADIENT] + 6 * edge
-        add(w, g, (1.0 - s) * pull)
-        add(w, g + 3, moment)
-        add(w, g + 6, s * pull)
-        if with_matrices:
-            across = -n.outer_product(n)
-            for b in ti.static(range(3)):
-                across[b, b] += 1.0
-            along = slides * direction
-            by_slip = secant * (across - along.outer_product(direction))
-            arm = -radius * (frame.transpose() @ cross_matrix(n))
-            # A turn of the edge moves the surface by the transpose of the arm, but for a long step.
-            by_rotation = radius * (cross_matrix(n) @ by_turn)
-            by_rotation -= along.outer_product(by_rotation.transpose() @ direction)
-            by_rotation *= secant
-            stiffening = exact * coefficient * w[entry + FrictionContact.NORMAL_STIFFNESS]
-            by_sample = by_slip - (stiffening * along).outer_product(n)
-            moment_by_sample = arm @ by_sample
-            if part != HessianPart.POSITIVE:
+    for_derivatives = mode == FrictionMode.FINAL and ni[Header.DERIVATIVES] > 0
+    count = contact_count(ni, w, rod)
+    a = 0
+    while a < count:
+        edge = ti.cast(w[contact_at(ni, rod, a) + FrictionContact.EDGE], ti.i32)
+        q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, edge))
+        q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
+        relative = relative_rotation(q1, q)
+        theta = logarithm(relative)
+        by_turn = rotation_matrix(q1)
+        turn = by_turn @ theta
+        frame = rotation_matrix(q)
+        if part == HessianPart.POSITIVE:
+            by_turn = frame
+        else:
+            c, _d = log_coefficients(relative)
+            by_turn = by_turn @ left_jacobian_inverse(theta, c).transpose()
+        at = position_at(ni, rod, step + HISTORY_SLOTS, edge)
+        before = position_at(ni, rod, step + HISTORY_SLOTS - 1, edge)
+        start = load3(w, at)
+        end = load3(w, at + 3)
+        moved_start = start - load3(w, before)
+        moved_end = end - load3(w, before + 3)
+        # Sums over the samples of the edge, in the world frame; 0 and 1 are its nodes.
+        pull_0 = ti.Vector([0.0, 0.0, 0.0])
+        pull_1 = pull_0
+        torque = pull_0
+        by_00 = zero
+        by_01 = zero
+        by_11 = zero
+        torque_by_0 = zero
+        torque_by_1 = zero
+        turning_0 = zero
+        turning_1 = zero
+        torque_turning = zero
+        while (
+            a < count and ti.cast(w[contact_at(ni, rod, a) + FrictionContact.EDGE], ti.i32) == edge
+        ):
+            entry = contact_at(ni, rod, a)
+            a += 1
+            pair = ti.cast(w[entry + FrictionContact.PAIR], ti.i32)
+            s = w[entry + FrictionContact.PLACE]
+            n = load3(w, entry + FrictionContact.NORMAL)
+            coefficient = w[entry + FrictionContact.COEFFICIENT]
+            force = w[entry + FrictionContact.NORMAL_FORCE]
+            moved = (1.0 - s) * moved_start + s * moved_end
+            moved += load3(w, slip_at(ni, rod, step, pair)) - radius * turn.cross(n)
+            off = n.dot(moved)
+            u = moved - off * n
+            size = ti.sqrt(u.dot(u)) + 1e-300
+            slides = ti.select(k * size > coefficient * force, 1.0, 0.0)
+            frozen = frozen_at(ni, rod, pair)
+            limit = w[frozen + FrozenFriction.LIMIT]
+            slid = load3(w, frozen + FrozenFriction.DIRECTION)
+            if mode == FrictionMode.FIRST and limit > 0.0:
+                # The first iterate of a solve slides where the solve before did.
+                slides = ti.select(slid.dot(slid) > 0.0, 1.0, 0.0)
+            if mode <= FrictionMode.NEWTON and limit > 0.0 and u.dot(slid) < 0.0:
+                # A sample that turns back sticks in the next linear solve, whatever force that
+                # takes.
+                slides = 0.0
+            secant = ti.select(slides > 0.0, coefficient * force / size, k)
+            frozen_energy = 0.0
+            if mode == FrictionMode.LINE_SEARCH and limit > 0.0:
+                accepted = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * edge)
+                n0 = load3(w, frozen + FrozenFriction.NORMAL)
+                turn0 = rotation_matrix(accepted) @ logarithm(relative_rotation(accepted, q))
+                v = (1.0 - s) * start + s * end - radius * turn0.cross(n0)
+                v -= sample_between(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * edge, s)
+                v += load3(w, frozen + FrozenFriction.SLIP)
+                v -= n0.dot(v) * n0
+                frozen_energy = limited_energy(ti.sqrt(v.dot(v)), limit, k)
+            energy += frozen_energy
+            w[entry + FrictionContact.FROZEN_ENERGY] = frozen_energy
+            pull = secant * u
+            along = (slides / size) * u
+            store(w, entry + FrictionContact.SLIP, u)
+            store(w, entry + FrictionContact.DIRECTION, along)
+            store(w, entry + FrictionContact.PULL, pull)
+            pull_0 += (1.0 - s) * pull
+            pull_1 += s * pull
+            torque += n.cross(pull)
+            if part != HessianPart.NONE or for_derivatives:
+                stiffening = exact * coefficient * w[entry + FrictionContact.NORMAL_STIFFNESS]
+                aside = n.cross(along)
+                by_slip = secant * (identity - n.outer_product(n) - along.outer_product(along))
+                by_sample = by_slip - (stiffening * along).outer_product(n)
+                turning = secant * (cross_matrix(n) + along.outer_product(aside))
+                torque_by = secant * (cross_matrix(n) - aside.outer_product(along))
+                torque_by -= (stiffening * aside).outer_product(n)
                 curvature = load33(w, entry + FrictionContact.CURVATURE)
-                bent = radius * (by_slip @ cross_matrix(turn) @ curvature)
-                bent += (secant * off) * (
-                    curvature - along.outer_product(curvature @ direction)
-                ) + n.outer_product(curvature @ pull)
-                by_sample -= bent
-                moment_by_sample -= arm @ bent
-                moment_by_sample += radius * (frame.transpose() @ (cross_matrix(pull) @ curvature))
-            store33(w, entry + FrictionContact.BY_SAMPLE, by_sample)
-            store33(w, entry + FrictionContact.BY_ROTATION, by_rotation)
-            store33(w, entry + FrictionContact.BY_SLIP, by_slip)
-            store(w, entry + FrictionContact.BY_COEFFICIENT, force * along)
-            if part != HessianPart.NONE:
-                # The energies leave out half of the cross matrix of their moments, which add up to
-                # zero with this one at the solution.
-                moment_by_rotation = arm @ by_rotation + (0.5 * exact) * cross_matrix(moment)
-                m = hessian_at(ni, rod, step, 2 * edge)
-                r = transposed_at(ni, rod, step, 2 * edge)
-                add33(w, m, ((1.0 - s) * (1.0 - s)) * by_sample)
-                add33(w, m + 9, (1.0 - s) * moment_by_sample)
-                add33(w, m + 18, (s * (1.0 - s)) * by_sample)
-                add33(w, m + 27, moment_by_rotation)
-                add33(w, m + 36, s * by_rotation)
-                add33(w, m + 54, (s * s) * by_sample)
-                lopsided = by_rotation.transpose() - moment_by_sample
-                add33(w, r + 9, (1.0 - s) * lopsided)
-                add33(w, r + 18, (s * (1.0 - s)) * (by_sample.transpose() - by_sample))
-                add33(w, r + 36, -s * lopsided.transpose())
+                if part != HessianPart.POSITIVE and curvature.trace() != 0.0:
+                    bent = radius * (by_slip @ cross_matrix(turn) @ curvature)
+                    bent += (secant * off) * (curvature - along.outer_product(curvature @ along))
+                    bent += n.outer_product(curvature @ pull)
+                    by_sample -= bent
+                    torque_by -= cross_matrix(n) @ bent + cross_matrix(pull) @ curvature
+                by_00 += ((1.0 - s) * (1.0 - s)) * by_sample
+                by_01 += (s * (1.0 - s)) * by_sample
+                by_11 += (s * s) * by_sample
+                torque_by_0 += (1.0 - s) * torque_by
+                torque_by_1 += s * torque_by
+                turning_0 += (1.0 - s) * turning
+                turning_1 += s * turning
+                torque_turning += secant * (
+                    n.outer_product(n) + aside.outer_product(aside) - identity
+                )
+                if for_derivatives:
+                    store33(w, entry + FrictionContact.BY_SAMPLE, by_sample)
+                    store33(w, entry + FrictionContact.BY_ROTATION, radius * (turning @ by_turn))
+                    store33(w, entry + FrictionContact.BY_SLIP, by_slip)
+                    store(w, entry + FrictionContact.BY_COEFFICIENT, force * along)
+        g = rod + ni[Section.GRADIENT] + 6 * edge
+        lever = -radius * frame.transpose()
+        moment = lever @ torque
+        add(w, g, pull_0)
+        add(w, g + 3, moment)
+        add(w, g + 6, pull_1)
+        if part != HessianPart.NONE:
+            # A turn of the edge moves the surface by the transpose of the lever, but for a long
+            # step. The energies leave out half of the cross matrix of their moments, which add up
+            # to zero with this one at the solution.
+            moment_by_0 = lever @ torque_by_0
+            moment_by_1 = lever @ torque_by_1
+            by_rotation_0 = radius * (turning_0 @ by_turn)
+            by_rotation_1 = radius * (turning_1 @ by_turn)
+            moment_by_rotation = radius * (lever @ torque_turning @ by_turn)
+            moment_by_rotation += (0.5 * exact) * cross_matrix(moment)
+            m = hessian_at(ni, rod, step, 2 * edge)
+            r = transposed_at(ni, rod, step, 2 * edge)
+            add33(w, m, by_00)
+            add33(w, m + 9, moment_by_0)
+            add33(w, m + 18, by_01)
+            add33(w, m + 27, moment_by_rotation)
+            add33(w, m + 36, by_rotation_1)
+            add33(w, m + 54, by_11)
+            add33(w, r + 9, by_rotation_0.transpose() - moment_by_0)
+            add33(w, r + 18, by_01.transpose() - by_01)
+            add33(w, r + 36, moment_by_1.transpose() - by_rotation_1)
     return energy
 
 
@@ -272,18 +296,19 @@ def freeze_friction(ni: Integers, w: Doubles, rod: ti.i32) -> ti.f64:
     change = 0.0
     k = friction_stiffness(ni, w, rod)
     head = rod + ni[Section.FRICTION_CONTACTS]
-    w[head + 1] = ti.max(w[head + 1], 0.0)
+    if w[head + 1] == FrictionMode.FIRST:
+        w[head + 1] = FrictionMode.NEWTON
+    searches = w[head + 1] == FrictionMode.LINE_SEARCH
     for pair in range(ni[Header.FRICTION_PAIRS]):
-        at = frozen_at(ni, rod, pair)
-        store(w, at + FrozenFriction.DIRECTION, ti.Vector([0.0, 0.0, 0.0]))
-        w[at + FrozenFriction.LIMIT] = 0.0
+        w[frozen_at(ni, rod, pair) + FrozenFriction.LIMIT] = 0.0
     for a in range(contact_count(ni, w, rod)):
         entry = contact_at(ni, rod, a)
         at = frozen_at(ni, rod, ti.cast(w[entry + FrictionContact.PAIR], ti.i32))
         limit = w[entry + FrictionContact.COEFFICIENT] * w[entry + FrictionContact.NORMAL_FORCE]
         slip = load3(w, entry + FrictionContact.SLIP)
-        change += limited_energy(ti.sqrt(slip.dot(slip)), limit, k)
-        change -= w[entry + FrictionContact.FROZEN_ENERGY]
+        if searches:
+            change += limited_energy(ti.sqrt(slip.dot(slip)), limit, k)
+            change -= w[entry + FrictionContact.FROZEN_ENERGY]
         store(w, at + FrozenFriction.DIRECTION, load3(w, entry + FrictionContact.DIRECTION))
         store(w, at + FrozenFriction.NORMAL, load3(w, entry + FrictionContact.NORMAL))
         store(w, at + FrozenFriction.SLIP, slip)
@@ -314,7 +339,6 @@ def friction_parameter_derivatives(ni: Integers, w: Doubles, rod: ti.i32, step: 
     per_length = 1.0 / (edges * scalar(ni, w, rod, Scalar.EDGE_LENGTH))
     for p in range(ni[Header.PARAMETERS]):
         code = ni[parameter_code_at(ni, p)]
-        body = ni[parameter_code_at(ni, p) + 1]
         for a in range(contact_count(ni, w, rod)):
             entry = contact_at(ni, rod, a)
             edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
@@ -323,8 +347,8 @@ def friction_parameter_derivatives(ni: Integers, w: Doubles, rod: ti.i32, step: 
             if code == ParameterCode.LENGTH:
                 moment = per_length * (arm @ load3(w, entry + FrictionContact.PULL))
                 add_parameter_derivative(ni, w, rod, p, 2 * edge + 1, moment)
-            elif code == ParameterCode.FRICTION and body == obstacle_of(ni, w, entry):
-                pull = load3(w, entry + FrictionContact.BY_COEFFICIENT)
+            pull = by_parameter(ni, w, rod, entry, p)
+            if code == ParameterCode.FRICTION or code == ParameterCode.FRICTION_FACTOR:
                 add_parameter_derivative(ni, w, rod, p, 2 * edge, (1.0 - s) * pull)
                 add_parameter_derivative(ni, w, rod, p, 2 * edge + 1, arm @ pull)
                 add_parameter_derivative(ni, w, rod, p, 2 * edge + 2, s * pull)
@@ -336,6 +360,18 @@ def obstacle_of(ni: ti.template(), w: ti.template(), entry):
     """Index of the obstacle of a pair."""
     pairs = (ni[Header.END_EDGE] - ni[Header.FIRST_EDGE]) * ni[Header.CONTACT_SAMPLES]
     return ti.cast(w[entry + FrictionContact.PAIR], ti.i32) // pairs
+
+
+@ti.func
+def by_parameter(ni: ti.template(), w: ti.template(), rod, entry, p):
+    """Derivative of the pull with respect to parameter p, at a given motion."""
+    code = ni[parameter_code_at(ni, p)]
+    body = obstacle_of(ni, w, entry)
+    own = code == ParameterCode.FRICTION and ni[parameter_code_at(ni, p) + 1] == body
+    change = ti.select(own, scalar(ni, w, rod, Scalar.FRICTION_FACTOR), 0.0)
+    coefficient = w[ni[Header.OBSTACLE_ROWS] + OBSTACLE_WIDTH * body + ObstacleRow.FRICTION]
+    change = ti.select(code == ParameterCode.FRICTION_FACTOR, coefficient, change)
+    return change * load3(w, entry + FrictionContact.BY_COEFFICIENT)
 
 
 @ti.func
@@ -420,9 +456,7 @@ def slip_sensitivities(
             pull += by_sample @ x + by_rotation @ load_column(w, at + COLUMNS_STRIDE + c)
             p = (group - driven) * GROUP_COLUMNS + c
             if group >= driven and group < steady_groups(ni) and p < ni[Header.PARAMETERS]:
-                code = parameter_code_at(ni, p)
-                if ni[code] == ParameterCode.FRICTION and ni[code + 1] == obstacle_of(ni, w, entry):
-                    pull += load3(w, entry + FrictionContact.BY_COEFFICIENT)
+                pull += by_parameter(ni, w, rod, entry, p)
             store_column(w, to + c, pull / k)
     return 0
 
@@ -489,8 +523,6 @@ def friction_adjoint(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32) -> ti.
         add(w, old + 6 * edge + 6, -s * slip)
         carried = load3(w, entry + FrictionContact.CARRIED)
         for p in range(ni[Header.PARAMETERS]):
-            code = parameter_code_at(ni, p)
-            if ni[code] == ParameterCode.FRICTION and ni[code + 1] == obstacle_of(ni, w, entry):
-                to = rod + ni[Section.PARAMETERS_OUT] + p
-                w[to] = w[to] + carried.dot(load3(w, entry + FrictionContact.BY_COEFFICIENT))
+            to = rod + ni[Section.PARAMETERS_OUT] + p
+            w[to] = w[to] + carried.dot(by_parameter(ni, w, rod, entry, p))
     return 0

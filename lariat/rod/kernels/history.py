@@ -25,9 +25,6 @@ def start_history(ni: ti.template(), w: ti.template(), rod):
     n = ni[Header.NODES]
     last = HISTORY_SLOTS - 1
     h = w[time_at(ni, rod, 0)]
-    for k in range(ti.min(ni[Header.FRICTION_PAIRS], 1)):
-        # The first iterate of the first solve is the last shape, as for a rod that touches.
-        w[rod + ni[Section.FRICTION_CONTACTS] + k] = 1.0
     for k in range(FROZEN_FRICTION_WIDTH * ni[Header.FRICTION_PAIRS]):
         w[rod + ni[Section.FROZEN_FRICTION] + k] = 0.0
     for i in range(n - 1):

@@ -17,7 +17,7 @@ from lariat.rod.kernels.friction import friction_energy, update_slips
 from lariat.rod.kernels.memory import add, add33, load3, load33, store, store33
 from lariat.rod.kernels.self_contact import self_contacts
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
-from lariat.rod.launch.codes import HessianPart, Task
+from lariat.rod.launch.codes import FrictionMode, HessianPart, Task
 from lariat.rod.launch.layout import (
     FRICTION_CONTACT_WIDTH,
     FRICTION_HEAD,
@@ -73,8 +73,15 @@ def obstacle_contacts(
             gap = ti.max(low, ti.min(high, place)) - place
             within = reach + w[row + ObstacleRow.BOUNDING_RADIUS]
             touching = gap.dot(gap) < within * within
-            if ti.cast(w[row + ObstacleRow.SHAPE], ti.i32) == ShapeCode.HALF_SPACE:
-                n = load33(w, row + ObstacleRow.ROTATION) @ load3(w, row + ObstacleRow.SIZES)
+            # Read once: inside the loops, a store might have changed them.
+            shape = ti.cast(w[row + ObstacleRow.SHAPE], ti.i32)
+            rotation = load33(w, row + ObstacleRow.ROTATION)
+            size = load3(w, row + ObstacleRow.SIZES)
+            coefficient = w[row + ObstacleRow.FRICTION]
+            coefficient *= scalar(ni, w, rod, Scalar.FRICTION_FACTOR)
+            bounding_radius = w[row + ObstacleRow.BOUNDING_RADIUS]
+            if shape == ShapeCode.HALF_SPACE:
+                n = rotation @ size
                 middle = 0.5 * (low + high) - place
                 touching = n.dot(middle) - 0.5 * ti.abs(n).dot(high - low) < reach
             first = ni[Header.FIRST_EDGE]
@@ -84,17 +91,14 @@ def obstacle_contacts(
                 # Reach of the whole edge, which may be stretched while the iteration runs.
                 bound = 0.5 * (stop - start).norm() + reach
                 offset = 0.5 * (start + stop) - place
-                radius = w[row + ObstacleRow.BOUNDING_RADIUS] + bound
+                radius = bounding_radius + bound
                 near = offset.dot(offset) < radius * radius
                 # The middle comes first (j = -1); the samples follow only if it is near.
                 for j in range(-1, ti.select(near, samples, -1)):
                     if near:
                         s = ti.select(j < 0, 0.5, (j + 0.5) / samples)
                         point = start + s * (stop - start)
-                        shape = ti.cast(w[row + ObstacleRow.SHAPE], ti.i32)
-                        rotation = load33(w, row + ObstacleRow.ROTATION)
                         p = rotation.transpose() @ (point - place)
-                        size = load3(w, row + ObstacleRow.SIZES)
                         distance = 0.0
                         normal = ti.Vector([0.0, 0.0, 1.0])
                         curvature = ti.Matrix.zero(ti.f64, 3, 3)
@@ -207,15 +211,11 @@ def obstacle_contacts(
                             total += share * energy
                             outward = rotation @ normal
                             pull = -share * force * outward
-                            hessian = share * stiffness * outward.outer_product(outward)
-                            if exact:
-                                hessian -= (
-                                    share * force * (rotation @ curvature @ rotation.transpose())
-                                )
+                            if shape != ShapeCode.HALF_SPACE:
+                                curvature = rotation @ curvature @ rotation.transpose()
                             g = rod + ni[Section.GRADIENT] + 6 * i
                             add(w, g, (1.0 - s) * pull)
                             add(w, g + 6, s * pull)
-                            coefficient = w[row + ObstacleRow.FRICTION]
                             if has_friction and coefficient > 0.0:
                                 entry = rod + ni[Section.FRICTION_CONTACTS] + FRICTION_HEAD
                                 entry += FRICTION_CONTACT_WIDTH * touching_pairs
@@ -229,12 +229,11 @@ def obstacle_contacts(
                                 w[entry + FrictionContact.NORMAL_FORCE] = share * force
                                 w[entry + FrictionContact.NORMAL_STIFFNESS] = share * stiffness
                                 store(w, entry + FrictionContact.NORMAL, outward)
-                                store33(
-                                    w,
-                                    entry + FrictionContact.CURVATURE,
-                                    rotation @ curvature @ rotation.transpose(),
-                                )
+                                store33(w, entry + FrictionContact.CURVATURE, curvature)
                             if arg != HessianPart.NONE:
+                                hessian = share * stiffness * outward.outer_product(outward)
+                                if exact:
+                                    hessian -= (share * force) * curvature
                                 m = hessian_at(ni, rod, step, 2 * i)
                                 add33(w, m, ((1.0 - s) * (1.0 - s)) * hessian)
                                 add33(w, m + 18, (s * (1.0 - s)) * hessian)
@@ -243,7 +242,7 @@ def obstacle_contacts(
             head = rod + ni[Section.FRICTION_CONTACTS]
             w[head] = touching_pairs
             if updates:
-                w[head + 1] = 1.0
+                w[head + 1] = FrictionMode.FINAL
             total += friction_energy(ni, w, rod, step, arg)
             if updates:
                 update_slips(ni, w, rod, step)

@@ -33,6 +33,7 @@ from lariat.rod.kernels.memory import (
     bounded,
     load3,
     load_column,
+    load_lane3,
     store,
     store_column,
 )
@@ -45,6 +46,7 @@ from lariat.rod.kernels.step_terms import (
 from lariat.rod.kernels.types import Doubles, Integers
 from lariat.rod.launch.codes import Derivatives, HessianPart
 from lariat.rod.launch.layout import (
+    BEND_LANE_ROTATION,
     COLUMNS_STRIDE,
     COLUMNS_WIDTH,
     GROUP_COLUMNS,
@@ -90,12 +92,19 @@ def kept_rest(ni: ti.template(), w: ti.template(), rod, step, j, k):
 
 
 @ti.func
-def layer_return(ni: ti.template(), w: ti.template(), rod, step, j, k, u):
-    """Elastic part e of a bend u before the return, kept share L y / |e| of it, |e|, and D."""
+def elastic_part(ni: ti.template(), w: ti.template(), rod, step, j, k, u):
+    """Elastic part e of a bend u before the return, and a vector whose product with it is |e|^2."""
     bend = rod + ni[Section.BENDS] + 6 * j
     length = bend_length(ni, w, rod, j)
     e = u - load3(w, bend + 3) - length * load3(w, set_at(ni, rod, step, j) + 3 * k)
-    scaled = ti.Vector([e[0], e[1], w[bend + 2] / w[bend] * e[2]])
+    return e, ti.Vector([e[0], e[1], w[bend + 2] / w[bend] * e[2]])
+
+
+@ti.func
+def layer_return(ni: ti.template(), w: ti.template(), rod, step, j, k, u):
+    """Elastic part e of a bend u before the return, kept share L y / |e| of it, |e|, and D."""
+    length = bend_length(ni, w, rod, j)
+    e, scaled = elastic_part(ni, w, rod, step, j, k, u)
     size = ti.sqrt(e.dot(scaled)) + 1e-300
     kept = ti.min(1.0, length * w[layer_at(ni, rod, k) + LayerRow.LIMIT] / size)
     slope = (ti.select(kept < 1.0, kept, 0.0) / (size * size)) * e.outer_product(scaled)
@@ -113,23 +122,35 @@ def layer_stiffness(ni: ti.template(), w: ti.template(), rod, j, k):
 
 @ti.real_func
 def plastic_energy(
-    ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32, part: ti.i32, secant: ti.f64
+    ni: Integers,
+    w: Doubles,
+    rod: ti.i32,
+    step: ti.i32,
+    part: ti.i32,
+    secant: ti.f64,
+    first: ti.i32,
+    count: ti.i32,
 ) -> ti.f64:
     """Add energy, gradient and Hessian of what layers leave out as they yield.
 
-    The secant stiffness is above that of the Hessian: its steps never go too far.
+    Their bends are those of a strip, whose rotations are in its lanes. The secant stiffness is
+    above that of the Hessian: its steps never go too far.
     """
     energy = 0.0
     curved = ti.select(part == HessianPart.POSITIVE, 0.0, 1.0)
-    for j in range(ni[Header.NODES] - 2):
-        u, left_inverse, c, d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
+    for j in range(first, first + count):
+        lane = rod + ni[Section.LANES] + j - first
+        bent_by = load_lane3(w, bounded(lane), BEND_LANE_ROTATION)
+        length = bend_length(ni, w, rod, j)
         moment = ti.Vector([0.0, 0.0, 0.0])
         tangent = ti.Matrix.zero(ti.f64, 3, 3)
         yields = False
         for k in range(ni[Header.LAYERS]):
-            e, kept, size, slope = layer_return(ni, w, rod, step, j, k, u)
-            if kept < 1.0:
+            elastic, scaled = elastic_part(ni, w, rod, step, j, k, bent_by)
+            limit = length * w[layer_at(ni, rod, k) + LayerRow.LIMIT]
+            if elastic.dot(scaled) > limit * limit:
                 yields = True
+                e, kept, size, slope = layer_return(ni, w, rod, step, j, k, bent_by)
                 stiffness = layer_stiffness(ni, w, rod, j, k)
                 left_out = (1.0 - kept) * size
                 energy -= 0.5 * stiffness[0] * left_out * left_out
@@ -140,6 +161,7 @@ def plastic_energy(
                     for b in ti.static(range(3)):
                         tangent[a, b] -= stiffness[a] * slope[a, b]
         if yields:
+            u, left_inverse, c, d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
             right_inverse = left_inverse.transpose()
             g = rod + ni[Section.GRADIENT] + 6 * j
             add(w, g + 3, -(right_inverse @ moment))

@@ -39,7 +39,7 @@ from lariat.rod.kernels.rotations import (
 )
 from lariat.rod.kernels.step_terms import bend_rotation, internal_rate, step_times, target_share
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
-from lariat.rod.launch.codes import Task
+from lariat.rod.launch.codes import FrictionMode, Task
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
     HISTORY_SLOTS,
@@ -175,7 +175,8 @@ def predict(
         if arg == 1 and unobstructed and strain < 2.0 * length:
             share = 1.0
         if ni[Header.FRICTION_PAIRS] > 0:
-            w[rod + ni[Section.FRICTION_CONTACTS] + 1] = 1.0 - 2.0 * arg
+            mode = ti.select(arg == 1, FrictionMode.FIRST, FrictionMode.LINE_SEARCH)
+            w[rod + ni[Section.FRICTION_CONTACTS] + 1] = mode
         for i in range(n):
             x1 = load3(w, positions + 3 * (i - n))
             store(w, positions + 3 * i, x1 + share * (load3(w, target_positions + 3 * i) - x1))

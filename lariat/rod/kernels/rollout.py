@@ -13,7 +13,7 @@ indefinite Hessian is evaluated again without its negative parts, then with a gr
 """
 
 from lariat.kernel_cache.language import ti
-from lariat.rod.kernels.addressing import scalar, sensitivity_columns_at
+from lariat.rod.kernels.addressing import scalar, sensitivity_columns_at, time_at
 from lariat.rod.kernels.adjoint import adjoint as run_task
 from lariat.rod.kernels.history import start_history, write_final_velocities
 from lariat.rod.kernels.memory import add, load3
@@ -27,6 +27,7 @@ from lariat.rod.launch.layout import (
     ReportRow,
     Scalar,
     Section,
+    TimeRow,
 )
 
 MAX_CHORD_STEP = 0.003
@@ -127,9 +128,11 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), rod):
         if task == Task.EDGE_ENERGY and phase == Phase.FINAL_HESSIAN:
             arg = HessianPart.TRUE
         if task == Task.BEND_ENERGY:
-            # Layers that yield leave little stiffness, and steps that go too far: the first one,
-            # and those that leave out negative parts, take what the layers bear now.
-            wary = (iterations == 0 or exact == 0) and line_search + phase == 0
+            # Layers that yield leave little stiffness, and steps that go too far: those that leave
+            # out negative parts, and the first one where no motion goes on, take what the layers
+            # bear now.
+            still = w[time_at(ni, rod, step) + TimeRow.KEEPS_VELOCITY] == 0.0
+            wary = ((iterations == 0 and still) or exact == 0) and line_search + phase == 0
             real = ti.cast(wary, ti.f64)
         if task == Task.ACCEPT_ITERATE:
             arg = line_search

@@ -75,3 +75,16 @@ class Phase(IntEnum):
     """Factorization of the true Hessian after an iteration that ended with a modified one."""
     DERIVATIVES = auto()
     FINISHED = auto()
+
+
+class FrictionMode(IntEnum):
+    """Ways in which an evaluation of friction tells samples that slide from those that stick."""
+
+    FIRST = -1
+    """First iterate of a solve: as at the end of the solve before."""
+    NEWTON = 0
+    """By the force of each sample; one that turns back sticks."""
+    LINE_SEARCH = 1
+    """By the force alone, with the energy at the limits of the last iterate that was accepted."""
+    FINAL = 2
+    """By the force alone, after a solve."""

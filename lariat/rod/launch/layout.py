@@ -137,7 +137,7 @@ class Section(IntEnum):
     FROZEN_FRICTION = auto()
     """A `FrozenFriction` of each pair."""
     FRICTION_CONTACTS = auto()
-    """Number of touching pairs, whether their return is exact, and their `FrictionContact`s."""
+    """Number of touching pairs, `FrictionMode`, and their `FrictionContact`s."""
     SLIP_SENSITIVITIES = auto()
     """Columns of the slips, in groups as those of `SENSITIVITIES`."""
     SLIP_STAMPS = auto()
@@ -187,6 +187,7 @@ class Scalar(IntEnum):
     INTERNAL_DAMPING = auto()
     DRAG_COEFFICIENT = auto()
     AIR_DENSITY = auto()
+    FRICTION_FACTOR = auto()
 
 
 class ParameterCode(IntEnum):
@@ -207,6 +208,7 @@ class ParameterCode(IntEnum):
     STIFFNESS_PROFILE = auto()
     DENSITY_PROFILE = auto()
     YIELD_CURVATURE = auto()
+    FRICTION_FACTOR = auto()
     FRICTION = auto()
     """Coefficient of friction of an obstacle, of which the knot is the index."""
 
@@ -361,8 +363,10 @@ LANE_COUNT = 32
 """Most neighbours that are evaluated side by side; a multiple of the lanes of a processor."""
 LANE_STRIDE = LANE_COUNT + 8
 """Distance of the terms of an edge or bend in their section; neighbours lie next to each other."""
-LANE_TERMS = 40
+LANE_TERMS = 41
 """Most terms of an edge or a bend."""
+BEND_LANE_ROTATION = 38
+"""First term of a bend's rotation vector."""
 LAYER_WIDTH = 3
 """Numbers of a `LayerRow`."""
 EFFECTIVE_BEND_WIDTH = 9

@@ -36,7 +36,7 @@ def self_tests() -> list[SelfTest]:
     properties = RodProperties(
         0.45, 0.008, 0.044, 1e6, internal_damping=0.01, drag_coefficient=20.0
     )
-    soft = replace(properties, yield_curvature=3.0, inner_friction=0.2)
+    soft = replace(properties, yield_curvature=3.0, inner_friction=0.2, hardening=0.1)
     bar = Obstacle(
         "capsule", (0.2, 0.0, 0.285), (0.7071, 0.7071, 0.0, 0.0), radius=0.01, height=1.0
     )
@@ -59,7 +59,7 @@ def self_tests() -> list[SelfTest]:
         of = soft if friction else properties
         model = ImplicitRodModel(of, 12, scheme=scheme, self_contact=self_contact)
         state = straight(model, (0.0, 0.0, 0.3), (1.0, 0.0, 0.3))
-        names = (*SHARED, "yield_curvature") if friction else SHARED
+        names = (*SHARED, "yield_curvature", "friction_factor") if friction else SHARED
         request = DerivativeRequest(
             kinds, names if kinds else (), d_cost_d_positions=cost if kinds else None
         )

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lariat.control.estimation.history_sensitivity import HistorySensitivity
 from lariat.control.estimation.state_estimator import StateEstimator
-from lariat.control.estimation.swing_sensitivity import SwingSensitivity
 from lariat.rod import Rod, RolloutSpec
 from lariat.trajectory import MotionState
 from tests.services.controller.cell import COUNT, PROPERTIES, grips
@@ -33,9 +33,9 @@ def swinging(rod: Rod) -> StateEstimator:
 
 def followed(
     estimator: StateEstimator, steps: int, names: Sequence[str] = ("damping",)
-) -> SwingSensitivity:
+) -> HistorySensitivity:
     """Sensitivity after some steps of the estimator."""
-    sensitivity = SwingSensitivity(names)
+    sensitivity = HistorySensitivity(names)
     sensitivity.follow(estimator)
     for k in range(1, steps + 1):
         estimator.advance(MOTION, (k + 1) * STEP)

@@ -31,6 +31,7 @@ VALUES = {
     "rest_curvature_2": -0.3,
     "rest_twist": 0.2,
     "yield_curvature": 1.0,
+    "friction_factor": 1.5,
     "stiffness_profile[1]": 1.2,
 }
 

@@ -32,7 +32,7 @@ class Material:
     curvature_knots: int = 0
     """Knots of the rest curvature; zero for a rope that is straight at rest."""
 
-    touches: bool = True
+    touches: bool = False
     """Whether the rope touches bodies, whose friction may be unknown."""
 
     parameters = MATERIAL

@@ -31,7 +31,7 @@ class RopeUnknowns(Material):
     @classmethod
     def of(cls, properties: RodProperties) -> RopeUnknowns:
         """Return the unknowns of a rope with given properties."""
-        return cls(properties, PROFILE_KNOTS, curvature_knots=1)
+        return cls(properties, PROFILE_KNOTS, curvature_knots=1, touches=True)
 
     def grip_errors(self, x: Float64[np.ndarray, "P"]) -> GripErrors:
         """Return the grip errors of a vector."""

@@ -25,20 +25,30 @@
   const draw = window.requestAnimationFrame.bind(window);
   let waiting = new Map();
   let number = 0;
-  let drawn = -Infinity;
-  let timer = null;
+  let due = 0; // of the next frame
+  let timer = null; // also while a frame is drawn
+
+  function drawLater() {
+    timer ??= setTimeout(draw, Math.max(0, due - performance.now()), next);
+  }
 
   function next(time) {
-    timer = null;
-    drawn = performance.now();
+    const began = performance.now();
     const callbacks = waiting;
     waiting = new Map();
     for (const callback of callbacks.values()) callback(time);
+    // Presses and answers wait while a frame is drawn: half of the time is theirs.
+    setTimeout(() => {
+      const ended = performance.now();
+      due = Math.max(began + PERIOD, ended + (ended - began));
+      timer = null;
+      if (waiting.size) drawLater();
+    });
   }
 
   window.requestAnimationFrame = (callback) => {
     waiting.set(++number, callback);
-    timer ??= setTimeout(draw, Math.max(0, drawn + PERIOD - performance.now()), next);
+    drawLater();
     return number;
   };
   window.cancelAnimationFrame = (which) => waiting.delete(which);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
@@ -193,3 +194,22 @@ def test_window_gives_the_controls_to_another_one_and_takes_them_back(
     expect(page.locator("#banner")).to_be_hidden()
     stop.click()
     assert stage.asked(topics.TASK_REQUEST).action == TaskRequest.STOP
+
+
+SLOW_FRAMES = """() => new Promise((done) => {
+  const frames = [];
+  function draw() {
+    const began = performance.now();
+    while (performance.now() - began < 200);
+    frames.push([began, performance.now()]);
+    frames.length < 3 ? requestAnimationFrame(draw) : done(frames);
+  }
+  requestAnimationFrame(draw);
+})"""
+"""Script that draws frames of 200 ms, and returns when each began and ended [ms]."""
+
+
+def test_slow_frames_leave_as_much_time_as_they_take_to_presses(cell: tuple[Cell, Page]) -> None:
+    frames = cell[1].evaluate(SLOW_FRAMES)
+    for (_, ended), (begins, _) in pairwise(frames):
+        assert begins - ended > 190.0

@@ -20,7 +20,7 @@ def live_goal(scenario: Scenario, shape: Shape, client: Client) -> Goal:
     """
     left, right = scenario.grips(shape)
     nodes = scenario.nodes(shape)
-    if shape.leaves_grips_open:
+    if shape.leaves_grips_open or shape.route:
         return _goal_of_part(scenario, shape)
     if nodes is None:
         goal = _rest_shape(GoalDraft(left=grip(left), right=grip(right)), client)
@@ -35,7 +35,7 @@ def live_goal(scenario: Scenario, shape: Shape, client: Client) -> Goal:
 
 
 def _goal_of_part(scenario: Scenario, shape: Shape) -> Goal:
-    """Goal of a part of the rope, fitted here: the controller's steps cannot wait for it."""
+    """Goal of a part of the rope, or of a route: the controller's steps cannot wait for it."""
     # Imported late: the rod starts a compiler, which other goals do not need.
     from lariat.control.run.goals import GoalFactory
     from lariat.control.run.task import RequestRefused

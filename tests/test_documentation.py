@@ -6,13 +6,14 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
 from docs.generator.reference_pages import PATHS
 from lariat.planning import preflight
-from lariat.scenario import parse
+from lariat.scenario import load, parse
 from shared.topics import TOPICS
 
 ROOT = Path(__file__).parents[1]
@@ -41,7 +42,7 @@ def test_every_file_that_a_page_names_exists(page: Path):
 
 def test_the_cells_of_the_guide_are_in_order(tmp_path: Path):
     guide = ROOT / "docs" / "guide"
-    (cell,), (region, goal, stretch, ends, other_rope) = (
+    (cell,), (region, goal, stretch, ends, board, other_rope) = (
         re.findall(r"```toml\n(.*?)```", (guide / page).read_text(), re.DOTALL)
         for page in ("first-steps.md", "scenes.md")
     )
@@ -55,6 +56,9 @@ def test_the_cells_of_the_guide_are_in_order(tmp_path: Path):
     assert parse(of_part, tmp_path).goal.part == (0.12, 0.30)
     of_ends = re.sub(r"\[goal\].*?\n\n", ends + "\n", cell, flags=re.DOTALL)
     assert parse(of_ends, tmp_path).goal.ends_only
+    shipped, named = tomllib.loads(load("harness-board").text), tomllib.loads(board)
+    assert named["goal"] == shipped["goal"]
+    assert named["clips"][0].items() <= shipped["clips"][0].items()
     kept_in = parse(cell + region, tmp_path)
     assert [body.name for body in kept_in.regions] == ["tray"]
     assert set(preflight.check(kept_in)) == {"start", "goal"}

@@ -96,7 +96,7 @@ def scenarios_of_one_rope() -> tuple[str, ...]:
     return tuple(
         name
         for name, scenario in scenarios.items()
-        if not scenario.distractors and not scenario.obstacle_motions()
+        if not scenario.distractors and not scenario.obstacle_motions() and not scenario.clips
     )
 
 

@@ -7,19 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.geometry import poses
-from lariat.planning.collision_check import gripper_overlap, path_clearance
-from lariat.planning.dynamic_check import simulate_path
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.retiming import PATH_PERIOD, RETIMING_SETTINGS
 from lariat.planning.shorter_path import stay
-from lariat.planning.time_parameterization import Pace, time_parameterize
+from lariat.planning.waypoint_path import path_through
 from lariat.protocols import GripPath, PathPlanner, PlannerSetup, PlanningProblem
-from lariat.rod import state_along
 from lariat.scenario import Scenario
 from lariat.scenario.extensions import Extension, ExtensionFault
 
-PACE = Pace(1.3, (0.4, 0.4))
-"""Pace at which waypoints are passed; its running means hardly excite a hanging rope."""
 MAX_START_ERROR = 1e-3
 """Distance of the first waypoints from the grips above which a path is refused [m]."""
 
@@ -99,33 +93,10 @@ class ExtensionPlanner:
 
     def _checked(self, problem: Problem, path: GripPath) -> WholePath:
         """Timed path with the rope along it, and whether it is clear and reaches the goal."""
-        limits = problem.limits.scaled(problem.pace)
-        positions, orientations = time_parameterize(
-            path.positions, path.orientations, limits, PATH_PERIOD, PACE
-        )
-        nodes, _ = simulate_path(problem, positions, orientations, PATH_PERIOD)
-        grips = [poses.Pose(p, q) for p, q in zip(positions[-1], orientations[-1], strict=True)]
-        guess = state_along(nodes[-1], *orientations[-1])
-        end = problem.rod.rest(*grips, guess=guess, obstacles=problem.packed_supports)
-        error = problem.goal_error(end.state.positions)
-        clearance = path_clearance(problem, positions, orientations, nodes)
-        overlap = gripper_overlap(problem, positions, orientations)
-        least = min(RETIMING_SETTINGS.min_clearance, problem.clearance)
-        reason = ""
-        if overlap > 0.0:
-            reason = f"the grippers come {1e3 * overlap:.1f} mm too close to each other"
-        elif clearance < least - RETIMING_SETTINGS.clearance_tolerance:
-            reason = (
-                f"it comes within {1e3 * clearance:.1f} mm of an obstacle "
-                f"({1e3 * least:.1f} mm needed)"
-            )
-        if reason:
-            return stay(problem, f"blocked: the path of {self._extension} is refused: {reason}")
-        timed = WholePath(PATH_PERIOD, positions, orientations, nodes, True, "", error, clearance)
-        if error <= problem.tolerance:
+        timed = path_through(problem, path.positions, path.orientations)
+        if timed.blocked:
+            reason = f"the path of {self._extension} is refused: {timed.reason}"
+            return stay(problem, f"blocked: {reason}")
+        if timed.reached:
             return timed
-        return replace(
-            timed,
-            reached=False,
-            reason=f"the path of {self._extension} ends {1e3 * error:.1f} mm from the goal",
-        )
+        return replace(timed, reason=f"the path of {self._extension} {timed.reason}")

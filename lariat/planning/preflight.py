@@ -124,7 +124,7 @@ def resolution_errors(scenario: Scenario) -> dict[str, float]:
     """
     errors = {}
     for key, shape in _shapes(scenario).items():
-        if scenario.nodes(shape) is not None or shape.part is not None:
+        if scenario.nodes(shape) is not None or shape.part is not None or shape.route:
             continue
         coarse = _at_rest(scenario, key, shape)
         count = REFINEMENT * (len(coarse) - 1) + 1
@@ -152,7 +152,7 @@ def _at_rest(scenario: Scenario, key: str, shape: Shape) -> Float64[np.ndarray, 
     # An end that does not rotate keeps the orientation of the start.
     left, right = goals.feasible_grips(*scenario.grips(shape))
     try:
-        if shape.part is not None:
+        if shape.part is not None or shape.route:
             return goals.from_shape(shape).nodes
         return goals.rod.rest(left, right).state.positions
     except ValueError as error:

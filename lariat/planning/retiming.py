@@ -11,7 +11,7 @@ from lariat.geometry.obstacles import scene_distance
 from lariat.geometry.polylines import with_midpoints
 from lariat.planning.arms.arm_check import LINK_MARGIN, arm_fault
 from lariat.planning.collision_check import gripper_overlap, path_clearance
-from lariat.planning.dynamic_check import simulate_path
+from lariat.planning.dynamic_check import simulate_path, tension_fault
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath, grip_distance
 from lariat.planning.time_parameterization import Pace, time_parameterize
@@ -132,6 +132,8 @@ def _at_best_pace(
     assert best is not None
     positions, orientations, nodes, clearance = best
     reason = _failure(problem, candidate, clearance, required_clearance(optimizer, s), s)
+    if pulled := tension_fault(problem, nodes):
+        reason = f"blocked: on every path found {pulled}"
     overlap = gripper_overlap(problem, positions, orientations)
     if overlap > 0.0:
         reason = (

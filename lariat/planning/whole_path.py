@@ -12,6 +12,7 @@ from lariat.planning.arms.arm_check import goal_fault
 from lariat.planning.grid_search.relaxation import proof_of_no_path
 from lariat.planning.grid_search.search import GridPath, block_displacements, search_grid
 from lariat.planning.landing import landed, landing
+from lariat.planning.laying import plan_laying
 from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.planning.planning_time import PlanningTime
 from lariat.planning.problem import Problem, WholePath, grip_distance
@@ -38,6 +39,8 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
         problem: Planning problem.
         settings: Effort.
     """
+    if problem.goal.route:
+        return plan_laying(problem, lambda approach: plan(approach, settings))
     time = PlanningTime(problem.planning_time)
     last_part = landing(problem)
     if last_part is not None:

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
+from lariat.rod.properties import RodProperties
 from lariat.rod.rod import Rod
 from lariat.rod.state import RodState
 
@@ -25,6 +26,22 @@ def forces(rod: Rod, state: RodState) -> Float64[np.ndarray, "n-1 3"]:
     d3 = poses.rotate(edges, np.array([0.0, 0.0, 1.0]))
     stretched = np.diff(state.positions, axis=0) / rod.edge_length
     return rod.properties.stretch_stiffness * (stretched - d3)
+
+
+def tensions(
+    nodes: Float64[np.ndarray, "*b n 3"], properties: RodProperties
+) -> Float64[np.ndarray, "*b n-1"]:
+    """Return the tension of each edge of a rod, of which the nodes alone are known [N].
+
+    It is EA (|dx| / l - 1): that of `forces` without shear, as far off as its tolerance says.
+
+    Args:
+        nodes: Nodes [m].
+        properties: Material of the rod.
+    """
+    edges = np.linalg.norm(np.diff(nodes, axis=-2), axis=-1)
+    length = properties.length / edges.shape[-1]
+    return properties.stretch_stiffness * (edges / length - 1.0)
 
 
 def curvatures(rod: Rod, state: RodState) -> Float64[np.ndarray, "m-1 3"]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from jaxtyping import Float64
 
 from lariat.configuration import ConfigurationError
 from lariat.geometry import obstacles as geometry
@@ -61,7 +62,7 @@ def check(scenario: Scenario) -> None:
     for marker in markers:
         if markers.count(marker) > 1:
             raise ConfigurationError(f"two obstacles have marker {marker}; give each its own")
-    if term := scenario.start.leaves_free:
+    if term := scenario.start.leaves_free or "route" * bool(scenario.start.route):
         raise ConfigurationError(f"start.{term}: the start is a shape of the whole rope")
     for key in ("start", "goal"):
         _check_shape(scenario, key, getattr(scenario, key))
@@ -91,6 +92,7 @@ def _check_turns(scenario: Scenario, key: str, shape: Shape) -> None:
 
 def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
     _check_turns(scenario, key, shape)
+    laid = _laid_nodes(scenario, key, shape) if shape.route else None
     left, right = scenario.grips(shape)
     length = scenario.rope.length
     distance = float(np.linalg.norm(right.position - left.position))
@@ -103,6 +105,7 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
     if nodes is not None and (fault := length_fault(nodes, length, MAX_LENGTH_ERROR)):
         raise ConfigurationError(f"{key}.nodes{f' = {shape.file!r}' * bool(shape.file)} is {fault}")
     points = np.array([left.position, right.position]) if nodes is None else nodes
+    points = points if laid is None else laid
     part = scenario.part_nodes(shape)
     if shape.part is not None:
         check_part(scenario, key, shape.part)
@@ -128,6 +131,13 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
                 f"{key}: the {side} grip at {pose.position.round(4).tolist()} m is outside "
                 f"limits.workspace = {[list(c) for c in scenario.limits.workspace]}"
             )
+
+
+def _laid_nodes(scenario: Scenario, key: str, shape: Shape) -> Float64[np.ndarray, "n 3"]:
+    try:
+        return scenario.laid_nodes(shape)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{key}: {error}") from error
 
 
 def check_part(scenario: Scenario, key: str, part: tuple[float, float]) -> None:

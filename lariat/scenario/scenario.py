@@ -14,6 +14,7 @@ from lariat.configuration import Bounds, ConfigurationError
 from lariat.files.bounded_file import path_inside, read_file
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines, poses
+from lariat.geometry.cable_routes import RouteStop, laid_chain, stops_of, tail_directions
 from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.geometry.poses import Pose
 from lariat.scenario.cameras import CameraSetup, PlacedCamera, camera_setups
@@ -21,6 +22,7 @@ from lariat.scenario.distractors import Distractor
 from lariat.scenario.goal_table import checked_nodes, grip_orientation, read_nodes
 from lariat.scenario.sections import (
     SIDES,
+    Clip,
     Control,
     End,
     Ends,
@@ -75,6 +77,7 @@ class Scenario:
     table: bool = True
     """Whether there is a table at z = 0."""
     obstacles: tuple[Obstacle, ...] = ()
+    clips: tuple[Clip, ...] = ()
     keep_in: tuple[Region, ...] = ()
     """Regions that the rope must not leave; a run does not change them."""
     sensing: Sensing = Sensing()
@@ -113,8 +116,9 @@ class Scenario:
 
     @property
     def bodies(self) -> tuple[geometry.Obstacle, ...]:
-        """Obstacles as geometric bodies, with the table."""
+        """Obstacles and legs of clips as geometric bodies, with the table."""
         listed = tuple(o.body(k) for k, o in enumerate(self.obstacles))
+        listed += tuple(leg for clip in self.clips for leg in clip.bodies)
         return (geometry.TABLE, *listed) if self.table else listed
 
     @property
@@ -216,11 +220,36 @@ class Scenario:
             return nodes
         return polylines.cut(fine, scale * shape.part[0], scale * shape.part[1])
 
+    def laid_nodes(self, shape: Shape) -> Float64[np.ndarray, "n 3"]:
+        """Return the nodes of a rope that lies along the route of a shape, before it rests [m].
+
+        Raises:
+            ConfigurationError: The route names something that is not there, or the rope is too
+                short for it.
+        """
+        rope, ends = self.rope, np.array(shape.line)
+        try:
+            return laid_chain(self.route_stops(shape), ends, rope.length, rope.node_count)[0]
+        except ValueError as error:
+            raise ConfigurationError(str(error)) from error
+
+    def route_stops(self, shape: Shape) -> tuple[RouteStop, ...]:
+        """Return the stops of the route of a shape.
+
+        Raises:
+            ConfigurationError: The route names something that is not there.
+        """
+        radius = self.rope.diameter / 2.0
+        try:
+            return stops_of(shape.route, self.bodies, np.array(shape.line), radius)
+        except ValueError as error:
+            raise ConfigurationError(str(error)) from error
+
     def grips(self, shape: Shape) -> tuple[Pose, Pose]:
         """Return the left and the right grip pose of a shape, z along the rope from left to right.
 
-        A default orientation points along the rope. The nodes of a part of the rope do not tell the
-        grips: those of the start stand in their place.
+        A default orientation points along the rope, that of an end of a route level. The nodes of a
+        part of the rope do not tell the grips: those of the start stand in their place.
 
         Raises:
             ConfigurationError: The CSV file is missing or invalid.
@@ -230,6 +259,8 @@ class Scenario:
         if not shape.nodes:
             left, right = np.array(shape.line)
             first = last = poses.normalized(right - left)
+            if shape.route:
+                first, last = tail_directions(self.route_stops(shape), np.array(shape.line))
         else:
             nodes = _chain(self.folder, shape)
             left, right = nodes[0], nodes[-1]

@@ -193,7 +193,7 @@ def goal_of(message: Goal) -> scenario_goal.Goal:
         grip_pose(message.right),
         message.left_oriented,
         message.right_oriented,
-        **terms | {"part": tuple(message.part) or None},
+        **terms | {"part": tuple(message.part) or None, "route": tuple(message.route)},
     )
 
 

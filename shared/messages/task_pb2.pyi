@@ -29,7 +29,7 @@ class Grip(_message.Message):
     def __init__(self, position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class Goal(_message.Message):
-    __slots__ = ("positions", "left", "right", "left_oriented", "right_oriented", "turns", "part", "ends_only")
+    __slots__ = ("positions", "left", "right", "left_oriented", "right_oriented", "turns", "part", "ends_only", "route")
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     LEFT_FIELD_NUMBER: _ClassVar[int]
     RIGHT_FIELD_NUMBER: _ClassVar[int]
@@ -38,6 +38,7 @@ class Goal(_message.Message):
     TURNS_FIELD_NUMBER: _ClassVar[int]
     PART_FIELD_NUMBER: _ClassVar[int]
     ENDS_ONLY_FIELD_NUMBER: _ClassVar[int]
+    ROUTE_FIELD_NUMBER: _ClassVar[int]
     positions: _containers.RepeatedScalarFieldContainer[float]
     left: Grip
     right: Grip
@@ -46,7 +47,8 @@ class Goal(_message.Message):
     turns: float
     part: _containers.RepeatedScalarFieldContainer[float]
     ends_only: bool
-    def __init__(self, positions: _Optional[_Iterable[float]] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ..., left_oriented: _Optional[bool] = ..., right_oriented: _Optional[bool] = ..., turns: _Optional[float] = ..., part: _Optional[_Iterable[float]] = ..., ends_only: _Optional[bool] = ...) -> None: ...
+    route: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, positions: _Optional[_Iterable[float]] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ..., left_oriented: _Optional[bool] = ..., right_oriented: _Optional[bool] = ..., turns: _Optional[float] = ..., part: _Optional[_Iterable[float]] = ..., ends_only: _Optional[bool] = ..., route: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class TaskState(_message.Message):
     __slots__ = ("stamp", "revision", "state", "reason", "goal", "goal_revision", "reset_count", "replan_count", "run", "run_started", "settings", "last_request", "refusal", "error", "clearance", "turns", "reason_code", "clearance_margin", "pace", "angle_error", "restore_count")

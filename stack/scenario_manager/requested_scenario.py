@@ -67,6 +67,7 @@ def _check_real_cell(scenario: Scenario, own: Scenario) -> None:
         ("ends", scenario.ends == own.ends),
         ("limits", scenario.limits == own.limits),
         ("obstacles", kept),
+        ("clips", scenario.clips == own.clips),
     ):
         if not same:
             raise ConfigurationError(

@@ -9,11 +9,14 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import polylines
+from lariat.geometry.cable_routes import clip_names, held_clips
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.obstacles import Obstacle
+from lariat.rod.strains import tensions
 from lariat.scenario import Goal, Scenario
 from lariat.simulation.distractors import MovingTubes
 from lariat.simulation.least_clearance import LeastClearance
+from lariat.simulation.plants.factory import true_properties
 from lariat.trajectory import NANOSECONDS, SECOND
 from services.sim.marked_obstacles import MarkedObstacles
 from shared import topics
@@ -54,6 +57,8 @@ class Scorer:
     """Stamp of the newest true rope [ns]."""
     min_distractor_clearance: float = np.inf
     """Least distance between the surfaces of rope and distractors [m]."""
+    max_tension: float | None = None
+    """Largest tension of the true rope, where the plant is a rod [N]."""
     length_error: float = 0.0
     """Largest deviation of the true rope's length from its length at rest [m]."""
     errors: list[tuple[int, float, float]] = field(default_factory=list)
@@ -88,6 +93,7 @@ class Scorer:
         self._update_obstacles()
         self._distractors = MovingTubes(self.scenario.distractors)
         self._radius = self.scenario.plant_rope.diameter / 2.0
+        self._properties = true_properties(self.scenario)
         self._clearance = LeastClearance(self._radius)
         self._goal: Goal | None = None
         self._nodes: Float64[np.ndarray, "n 3"] | None = None
@@ -163,6 +169,9 @@ class Scorer:
             distances = np.linalg.norm(resampled - self._goal.nodes, axis=1)[self._goal.counted]
             self.errors.append((stamp, float(np.mean(distances)), float(np.max(distances))))
             self.angles.append(self._goal.angle(nodes))
+        if self.scenario.plant.model == "rod":
+            tension = float(np.max(tensions(nodes, self._properties)))
+            self.max_tension = max(self.max_tension or 0.0, tension)
         deviation = abs(polylines.length(nodes) - self.scenario.plant_rope.length)
         self.length_error = max(self.length_error, deviation)
         self._take_distractors(stamp, nodes)
@@ -209,6 +218,14 @@ class Scorer:
         return self._clearance.least
 
     @property
+    def clips_held(self) -> list[str] | None:
+        """Clips of the goal's route that hold the rope; None without a route."""
+        if self._goal is None or not self._goal.route or self._nodes is None:
+            return None
+        bodies = self._marked.merged(self._believed)
+        return held_clips(self._goal.route, bodies, self._nodes)
+
+    @property
     def contact_time(self) -> float:
         """Time in contact [s]."""
         return self._clearance.contact_time
@@ -249,6 +266,8 @@ class Scorer:
     def reached_after(self) -> float | None:
         """Time from the start of the run until the rope was within tolerance for good [s]."""
         tolerance, angle = self.scenario.run.tolerance, self.scenario.run.angle_tolerance
+        if self.clips_held is not None and self.clips_held != clip_names(self._goal.route):
+            return None
         if self.final[0] > tolerance or (self.final_angle or 0.0) > angle:
             return None
         outside = [

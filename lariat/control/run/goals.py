@@ -11,9 +11,11 @@ from jaxtyping import Float64
 from lariat.control.run.node_drag_solver import NodeDragSolver
 from lariat.control.run.task import RequestRefused
 from lariat.geometry import polylines
+from lariat.geometry.cable_routes import clip_names, held_clips
 from lariat.geometry.obstacles import Obstacle, chain_clearance, pack_supports
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, add_turns
+from lariat.rod.cable_laying import laid, laying
 from lariat.rod.part_fit import fit_part, part_points
 from lariat.scenario import SIDES, Goal, Scenario, Shape
 from lariat.scenario.checks import check_part
@@ -42,7 +44,7 @@ class GoalFactory:
     start: tuple[Pose, Pose]
     """Grips at the scenario's start; an end that does not rotate keeps this orientation."""
     _of_parts: dict[Shape, Goal] = field(default_factory=dict, repr=False)
-    """Goals of parts of the rope, whose fit is not repeated."""
+    """Goals of parts of the rope and of routes, whose fit is not repeated."""
 
     def from_shape(self, shape: Shape) -> Goal:
         """Goal of a scenario's section.
@@ -56,6 +58,8 @@ class GoalFactory:
                 self._of_parts[shape] = self._of_part(part, shape)
             return self._of_parts[shape]
         grips = self.feasible_grips(*self.scenario.grips(shape))
+        if shape.route:
+            return self._laid(shape, grips)
         nodes = self.scenario.nodes(shape)
         if nodes is None:
             whole = self.at_rest(*grips, self.scenario.bodies, shape.turns)
@@ -82,7 +86,7 @@ class GoalFactory:
         """
         events = (event.goal for event in self.scenario.events if event.goal)
         for shape in (*self.scenario.next_goals, *events):
-            if shape.leaves_grips_open:
+            if shape.leaves_grips_open or shape.route:
                 self.from_shape(shape)
 
     def from_request(
@@ -110,6 +114,30 @@ class GoalFactory:
         if len(nodes) != count and len(nodes) >= 3:
             nodes = polylines.resample_smooth(nodes, count)
         return replace(request, nodes=nodes, left=grips[0], right=grips[1])
+
+    def _laid(self, shape: Shape, grips: tuple[Pose, Pose]) -> Goal:
+        """Rod at rest after it has been laid along a route.
+
+        Raises:
+            RequestRefused: It is too short, or does not come to lie in all clips.
+        """
+        if shape not in self._of_parts:
+            bodies, supports = self.scenario.bodies, pack_supports(self.scenario.bodies)
+            rotates = [self.scenario.end(side).rotates for side in SIDES]
+            try:
+                stops = self.scenario.route_stops(shape)
+                state, waypoints = laying(self.rod, stops, grips, (rotates[0], rotates[1]), bodies)
+                nodes = laid(self.rod, state, waypoints, supports).positions
+            except ValueError as error:
+                raise RequestRefused(str(error)) from error
+            held = held_clips(shape.route, bodies, nodes)
+            if lost := [name for name in clip_names(shape.route) if name not in held]:
+                raise RequestRefused(
+                    f"the rope that is laid along the route does not come to lie in clip "
+                    f"{lost[0]!r}; widen it, or turn it towards its neighbours"
+                )
+            self._of_parts[shape] = Goal(nodes, *grips, rotates[0], rotates[1], **shape.terms)
+        return self._of_parts[shape]
 
     def _of_part(self, nodes: Float64[np.ndarray, "m 3"], shape: Shape) -> Goal:
         """Rod at rest, leaning on the supports, a part of which lies on some nodes.

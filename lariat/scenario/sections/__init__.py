@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lariat.scenario.sections.clips import Clip
 from lariat.scenario.sections.control import (
     CONTROL_METHODS,
     PATH_PLANNERS,
@@ -42,6 +43,7 @@ __all__ = [
     "PERCEPTION_METHODS",
     "SIDES",
     "STATE_ESTIMATORS",
+    "Clip",
     "Color",
     "Control",
     "End",

@@ -34,8 +34,14 @@ class GoalTerms:
     """Whether the ends' poses in `line` are the whole goal; the shape is free."""
     turns: Annotated[float, Bounds(-10.0, 10.0)] = 0.0
     """Twist of the right end relative to the left one, in whole turns."""
+    route: tuple[str, ...] = ()
+    """Clips through which the rope is laid and pegs that it passes between its ends in `line`, from
+    left to right: the name of a clip, or `left of NAME` or `right of NAME` for an obstacle that the
+    rope passes. What was laid stays laid."""
 
     def __post_init__(self) -> None:
+        if self.route and self.leaves_free:
+            raise ValueError(f"route and {self.leaves_free} exclude each other")
         if self.ends_only and self.part is not None:
             raise ValueError("ends_only and part exclude each other")
 
@@ -80,6 +86,8 @@ class Shape(GoalTerms):
             raise ValueError("give either line = [[x, y, z], [x, y, z]] or nodes = 'FILE.csv'")
         if self.ends_only and self.line is None:
             raise ValueError("ends_only goes with line, the positions of both ends")
+        if self.route and self.line is None:
+            raise ValueError("route goes with line, the positions of both ends")
         super().__post_init__()
         if self.part is not None and self.part[0] >= self.part[1]:
             raise ValueError(f"part = {list(self.part)} ends before it begins")
@@ -167,10 +175,13 @@ class Goal(GoalTerms):
             nodes: The nodes, or the name of their table; without them, the grips give the shape.
         """
         line = [numbers(grip.position) for grip in self.grips]
-        table: dict[str, Any] = {"line": line} if self.ends_only or not nodes else {"nodes": nodes}
+        by_ends = self.ends_only or self.route or not nodes
+        table: dict[str, Any] = {"line": line} if by_ends else {"nodes": nodes}
         for term in fields(GoalTerms):
             value = getattr(self, term.name)
             if value != term.default:
-                table[term.name] = numbers(value) if isinstance(value, tuple) else value
+                table[term.name] = numbers(value) if term.name == "part" else value
+        if self.route:
+            table["route"] = list(self.route)
         grips = dict(zip(SIDES, self.grips, strict=True))
         return table | {f"{s}_orientation": numbers(grips[s].orientation) for s in oriented}

@@ -40,6 +40,8 @@ class Limits(MotionLimits):
     """Largest distance between the grips around obstacles, in rope lengths."""
     pull: Annotated[float, Bounds(0.1, 200.0, "N")] = 20.0
     """Largest change of a gripper's contact force since arming."""
+    tension: Annotated[float, Bounds(0.01, 1e5, "N")] | None = None
+    """Largest tension of the rope, as the model has it; by default none is too large."""
 
     @property
     def gripper_reach(self) -> float:

@@ -22,6 +22,8 @@ from shared.messages.checks.values import (
     count_points,
 )
 
+MAX_ROUTE = 100
+"""Largest number of clips and pegs of a route [-]."""
 MIN_PACE = 1e-3
 """Least pace of a path, as a fraction of the planner's [-]."""
 
@@ -44,6 +46,11 @@ def check_goal(goal: messages.Goal) -> None:
     check_turns(goal.turns)
     if goal.part and goal.ends_only:
         raise ValueError("goal.part and goal.ends_only exclude each other")
+    if goal.route and (goal.part or goal.ends_only or len(goal.route) > MAX_ROUTE):
+        raise ValueError(
+            f"goal.route has {len(goal.route)} entries; it has up to {MAX_ROUTE}, without part and "
+            "ends_only"
+        )
     if goal.part:
         check_length("goal.part", goal.part, 2)
         node_count = np.sum(messages.goal_of(goal).counted)

@@ -153,7 +153,11 @@ def test_file_without_a_goal_is_refused_with_its_reason(content: bytes, words: s
 
 
 def test_saved_goal_is_loaded_with_what_of_it_counts() -> None:
-    for goal in (saved(part=(0.1, 0.3)), saved(ends_only=True, left_oriented=True)):
+    for goal in (
+        saved(part=(0.1, 0.3)),
+        saved(route=("clip", "left of peg")),
+        saved(ends_only=True, left_oriented=True),
+    ):
         again = read_goal(goal_table(goal, "arch", "three-cylinders").encode())
         assert again.terms == goal.terms
         assert again.left_oriented == (goal.left_oriented and goal.part is None)

@@ -343,3 +343,23 @@ def test_a_cable_yields_as_its_data_sheet_says() -> None:
         parse(rope.replace("bending", "yield_curvature = 10.0\nbending"), FOLDER)
     with pytest.raises(ConfigurationError, match=r"plant\.model = 'mujoco'"):
         parse(rope + '[plant]\nmodel = "mujoco"\n', FOLDER)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ('"middle", "right', '"gone", "right', "goal: the route names 'gone', which is no clip"),
+        ('"left of near"', '"left of gone"', "goal: the route names the peg 'gone'"),
+        ('"left of near"', '"left of low"', "goal: 'low' is a clip"),
+        ("length = 0.67", "length = 0.64", "the cable 0.6400 m"),
+        ('name = "near"', 'name = "low-left"', "two obstacles have the name 'low-left'"),
+        ("[goal]\n", "[goal]\nends_only = true\n", "route and ends_only exclude each other"),
+        ("opening = 0.009\nheight = 0.022", "opening = 0.009\nheight = 0.002", "leg_radius"),
+    ],
+)
+def test_a_route_that_contradicts_its_board_is_refused(old: str, new: str, fault: str):
+    board = load("harness-board")
+    assert board.grips(board.goal)[0].position.tolist() == list(board.goal.line[0])  # pyright: ignore
+    assert old in board.text
+    with pytest.raises(ConfigurationError, match=re.escape(fault)):
+        parse(board.text.replace(old, new, 1), board.folder)

@@ -133,6 +133,12 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
         ),
         (
             topics.TASK_REQUEST,
+            TaskRequest(goal=Goal(route=["clip"], ends_only=True)),
+            "without part and ends_only",
+        ),
+        (topics.TASK_REQUEST, TaskRequest(goal=Goal(route=["clip"] * 101)), "101 entries"),
+        (
+            topics.TASK_REQUEST,
             TaskRequest(goal=Goal(part=[0.0, 1.0])),
             "holds 1 of the goal's nodes",
         ),

@@ -98,3 +98,22 @@ def test_a_rope_that_is_shifted_along_itself_has_no_error_of_its_shape() -> None
 def test_error_of_a_finer_rope_is_its_distance_by_arc_length() -> None:
     _, mean, largest = scored(arc(88, lift=0.002), obstacle=FAR, goal=arc(30)).errors[-1]
     assert (mean, largest) == pytest.approx((0.002, 0.002), abs=2e-5)
+
+
+def test_a_run_along_a_route_is_judged_by_the_clips_that_hold() -> None:
+    board = load("harness-board")
+    laid, goal = board.laid_nodes(board.goal), board.goal
+    # The score takes the goal that was set, whatever lies in the clips.
+    message = Goal(positions=laid.ravel(), route=goal.route)
+    for lifted, held in ((False, ["low", "middle", "high"]), (True, ["low", "middle"])):
+        scorer = Scorer(board)
+        task = TaskState(stamp=SECOND, run_started=SECOND, state=RUNNING, goal=message)
+        scorer(Delivery(topics.TASK_STATE, task.SerializeToString(), "sim", 0, SECOND))
+        nodes = laid + np.array([0.0, 0.0, 0.03]) * (lifted & (laid[:, :1] > 0.15))
+        rope = NodeChain(stamp=2 * SECOND, positions=nodes.ravel())
+        scorer(Delivery(topics.ROPE_TRUTH, rope.SerializeToString(), "sim", 0, 2 * SECOND))
+        assert scorer.clips_held == held
+        assert (scorer.reached_after is None) == lifted
+        edges = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
+        strain = edges.max() / (board.rope.length / (len(nodes) - 1)) - 1.0
+        assert scorer.max_tension == pytest.approx(board.rope.stretch_stiffness * strain)

@@ -26,7 +26,7 @@ def published_goal(scenario: Scenario) -> Goal:
             SIDES, scenario.grips(scenario.start), scenario.grips(scenario.goal), strict=True
         )
     )
-    return Goal(np.zeros((0, 3)), left, right, turns=scenario.goal.turns)
+    return Goal(np.zeros((0, 3)), left, right, **scenario.goal.terms)
 
 
 @pytest.mark.parametrize("name", shipped_names())

@@ -1,0 +1,77 @@
+"""Laying: a path to a goal with a route, along which the rope is laid stop by stop.
+
+The rope is brought to where it hangs over the first clip, by the searches, and from there along the
+waypoints of `lariat.rod.cable_laying`, simulated with its contact, friction and set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from lariat.geometry.cable_routes import clip_names, held_clips, stops_of
+from lariat.geometry.poses import Pose
+from lariat.planning.problem import Problem, WholePath
+from lariat.planning.shorter_path import stay
+from lariat.planning.time_parameterization import Pace
+from lariat.planning.waypoint_path import path_through
+from lariat.rod import state_along
+from lariat.rod.cable_laying import laying
+
+LAYING_SHARE = 0.2
+"""Share of the usual limits on motion that laying uses [-]."""
+LAYING_PACE = Pace(1.3, (0.16, 0.1))
+"""Pace of laying: an end has to swing to a clip before it is lowered, so that corners are sharp."""
+
+
+def plan_laying(problem: Problem, approach: Callable[[Problem], WholePath]) -> WholePath:
+    """Return a path that lays the rope along the route of the goal.
+
+    Args:
+        problem: Planning problem whose goal has a route.
+        approach: Planner of the path to where laying begins.
+    """
+    goal, bodies = problem.goal, problem.solid
+    grips = problem.feasible_goal_grips
+    ends = np.array([grip.position for grip in grips])
+    try:
+        stops = stops_of(goal.route, bodies, ends, problem.radius)
+        rotates = problem.moves[:, 3:].any(axis=1)
+        state, (positions, orientations) = laying(
+            problem.rod, stops, grips, (bool(rotates[0]), bool(rotates[1])), bodies
+        )
+    except ValueError as error:
+        return stay(problem, f"unreachable: {error}")
+    left, right = (Pose(p, q) for p, q in zip(positions[0], orientations[0], strict=True))
+    hanging = problem.with_goal(nodes=state.positions, left=left, right=right, route=())
+    above = approach(hanging)
+    if not above.reached:
+        return above
+    positions[0], orientations[0] = above.positions[-1], above.orientations[-1]
+    left, right = (Pose(p, q) for p, q in zip(positions[0], orientations[0], strict=True))
+    guess = replace(
+        state_along(above.nodes[-1], left.orientation, right.orientation),
+        plastic_curvature=problem.state.plastic_curvature,
+    )
+    begin = problem.rod.rest(left, right, guess=guess, obstacles=problem.packed_supports).state
+    down = path_through(
+        replace(problem, state=begin, grips=(left, right), pace=LAYING_SHARE * problem.pace),
+        positions,
+        orientations,
+        LAYING_PACE,
+    )
+    path = replace(
+        down,
+        positions=np.concatenate([above.positions, down.positions[1:]]),
+        orientations=np.concatenate([above.orientations, down.orientations[1:]]),
+        nodes=np.concatenate([above.nodes, down.nodes[1:]]),
+        clearance=min(above.clearance, down.clearance),
+    )
+    held = held_clips(goal.route, bodies, path.nodes[-1])
+    lost = [name for name in clip_names(goal.route) if name not in held]
+    reason = f"the rope does not come to lie in clip {lost[0]!r}" if lost else path.reason
+    if not reason:
+        return path
+    return replace(path, reached=False, reason=f"blocked: while it is laid, {reason}")

@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lariat.geometry.cable_routes import held_clips
+from lariat.geometry.obstacles import pack_supports
+from lariat.rod import Rod
+from lariat.rod.cable_laying import laid, laying
+from lariat.rod.strains import forces, tensions
+from lariat.scenario import Scenario
+from lariat.scenario.rod_properties import rod_properties
+from lariat.scenario.settings import load_with
+
+
+def board(*settings: str) -> Scenario:
+    return load_with("harness-board", settings)
+
+
+@pytest.mark.parametrize("bending_radius", [0.05, 1.0])
+def test_a_rod_is_laid_into_all_clips(bending_radius: float):
+    scenario = board(f"rope.bending_radius={bending_radius}")
+    rod, bodies = Rod(rod_properties(scenario.rope), scenario.rope.node_count), scenario.bodies
+    stops, grips = scenario.route_stops(scenario.goal), scenario.grips(scenario.goal)
+    hanging, waypoints = laying(rod, stops, grips, (True, True), bodies)
+    assert held_clips(scenario.goal.route, bodies, hanging.positions) == []
+    end = laid(rod, hanging, waypoints, pack_supports(bodies))
+    assert held_clips(scenario.goal.route, bodies, end.positions) == ["low", "middle", "high"]
+    np.testing.assert_allclose(end.positions[[0, -1]], [g.position for g in grips], atol=1e-6)
+    # It lies on the board between the outer clips.
+    between = np.abs(end.positions[:, 0]) < 0.2
+    np.testing.assert_allclose(end.positions[between, 2], 0.0035, atol=2e-4)
+    assert np.max(tensions(end.positions, rod.properties)) < 0.5
+
+
+def test_ends_aim_beside_clips_that_a_bending_rod_would_miss(monkeypatch: pytest.MonkeyPatch):
+    scenario = board()
+    rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
+    stops, grips = scenario.route_stops(scenario.goal), scenario.grips(scenario.goal)
+    legs = {leg.name for clip in scenario.clips if clip.name != "middle" for leg in clip.bodies}
+    without_legs = pack_supports([b for b in scenario.bodies if b.name not in legs])
+    misses = []
+    for count in (0, 8):
+        monkeypatch.setattr("lariat.rod.cable_laying.MAX_CORRECTIONS", count)
+        start = laying(rod, stops, grips, (True, True), scenario.bodies)
+        nodes = laid(rod, *start, without_legs).positions
+        misses.append(abs(stops[0].clip.crossings(nodes)[0, 0]))  # pyright: ignore
+    assert misses[0] > 0.003 > 0.0015 > misses[1]
+
+
+def test_tension_of_nodes_is_the_force_along_a_hanging_rod():
+    scenario = board()
+    rod = Rod(rod_properties(scenario.rope), 40)
+    state = rod.rest(*scenario.grips(scenario.start)).state
+    edges = np.diff(state.positions, axis=0)
+    along = np.sum(forces(rod, state) * edges, axis=1) / np.linalg.norm(edges, axis=1)
+    np.testing.assert_allclose(tensions(state.positions, rod.properties), along, atol=2e-3)
+    # Half of its weight hangs from each end; the ends are nearly level.
+    weight = 9.81 * rod.properties.linear_density * rod.properties.length
+    assert 0.3 * weight < np.max(along) < weight

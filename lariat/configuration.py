@@ -6,6 +6,7 @@ annotation: `length: Annotated[float, Bounds(0.01, 100.0, "m")]`.
 
 from __future__ import annotations
 
+import math
 import types
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -73,6 +74,8 @@ class Bounds:
     """Largest allowed value."""
     unit: str = ""
     """Unit of the number, for messages and documentation."""
+    min_norm: float = 0.0
+    """Least norm of a vector of such numbers."""
 
 
 @dataclass(frozen=True)
@@ -206,9 +209,12 @@ def _tuple(items: tuple[Any, ...], bounds: Bounds | None, value: Any, key: str) 
     if len(items) != len(value):
         raise ConfigurationError(f"{key} takes {len(items)} values, got {len(value)}: {value!r}")
     hints = [Annotated[i, bounds] if bounds else i for i in items]
-    return tuple(
+    found = tuple(
         _value(h, v, f"{key}[{k}]") for k, (h, v) in enumerate(zip(hints, value, strict=True))
     )
+    if bounds and bounds.min_norm and math.hypot(*found) < bounds.min_norm:
+        raise ConfigurationError(f"{key} = {value} is no direction; give one of length 1")
+    return found
 
 
 def _scalar(hint: Any, bounds: Bounds | None, value: Any, key: str) -> Any:

@@ -38,7 +38,9 @@ def _libraries(scenario: Scenario, part: str) -> tuple[str, ...]:
         case "robot_gateway":
             simulated = [end for end in arms if end.driver != "cr5" and not end.address]
             messages = [end for end in arms if end.driver == "ros2"]
+            real = [end for end in arms if end.driver == "ur" and end.address]
             libraries = (*["pinocchio"] * bool(arms), *["mujoco"] * bool(simulated))
+            libraries = (*libraries, *["rtde_control"] * bool(real))
             return (*libraries, *["rosbags", "xxhash"] * bool(messages))
         case "recorder":
             return ("mcap",)

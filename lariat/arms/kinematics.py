@@ -19,7 +19,8 @@ from jaxtyping import Float64
 from lariat.arms.path_kernel import MOST_JOINTS, SPEED_CUTOFF, ArmPath, PathKernel
 from lariat.arms.serial_chain import SerialChain
 from lariat.arms.sphere_cover import Cover, sphere_cover
-from lariat.arms.urdf import Urdf, read_robot
+from lariat.arms.urdf import ANGULAR_JOINTS, Urdf, read_robot
+from lariat.files.library_output import kept_prints
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 
@@ -42,10 +43,12 @@ POSTURE_TOLERANCE = 1e-4
 
 MAX_JOINT_ANGLE = 4.0 * math.pi
 """Largest limit of a joint that is taken for radians [rad]."""
+MAX_JOINT_DISTANCE = 10.0
+"""Largest distance of a joint from its link that is taken for metres [m]."""
 CONTINUOUS_RANGE = 2.0 * math.pi
 """Largest angle of a joint without limits, in each direction [rad]."""
 UNSTATED_LIMITS = {"effort": "100", "velocity": "2"}
-"""Torque [N m] and speed [rad/s] of such a joint where its description states none."""
+"""Torque [N m] and speed [rad/s] of a joint for which the description states none, or zero."""
 
 Joints = Float64[np.ndarray, "j"]
 """Joint angles [rad]."""
@@ -349,39 +352,31 @@ def load_arm(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.Geomet
     if not urdf.is_file():
         raise ValueError(f"there is no URDF {urdf}")
     text = _with_limits(urdf, flange)
+    printed: list[str] = []
     try:
-        model = pinocchio.buildModelFromXML(text)
-        geometry = pinocchio.buildGeomFromUrdfString(
-            model,
-            text,
-            pinocchio.GeometryType.COLLISION,
-            # Pinocchio adds the folders of ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.
-            package_dirs=[str(folder) for folder in urdf.resolve().parents],
-        )
+        with kept_prints() as printed:
+            model = pinocchio.buildModelFromXML(text)
+            geometry = pinocchio.buildGeomFromUrdfString(
+                model,
+                text,
+                pinocchio.GeometryType.COLLISION,
+                # Pinocchio adds the folders of ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.
+                package_dirs=[str(folder) for folder in urdf.resolve().parents],
+            )
     except ValueError as error:
+        # The parser of the URDF prints its reason, that of a mesh ends with it.
+        reasons = [line.removeprefix("Error:") for line in printed if line.startswith("Error:")]
+        reason = " ".join((reasons or [str(error).rpartition("message: ")[2]])[0].split())
         hint = "; put its package above the URDF or name its folder in ROS_PACKAGE_PATH"
-        missing = "could not be found" in str(error)
+        missing = "could not be found" in reason
         raise ValueError(
-            f"{urdf} cannot be read as a URDF: {str(error).rstrip('. ')}{hint if missing else ''}"
+            f"{urdf} cannot be read as a URDF: {reason.rstrip('. ')}{hint if missing else ''}"
         ) from error
-    if not model.existFrame(flange, pinocchio.FrameType.BODY):
-        links = [f.name for f in model.frames if f.type == pinocchio.FrameType.BODY]
-        raise ValueError(f"{urdf} has no link {flange!r}; its links are {', '.join(links)}")
     joint = model.frames[model.getFrameId(flange, pinocchio.FrameType.BODY)].parentJoint
     arm = {int(each) for each in model.supports[joint]} - {0}
     locked = [k for k in range(1, model.njoints) if k not in arm]
     rest = np.clip(pinocchio.neutral(model), model.lowerPositionLimit, model.upperPositionLimit)
     model, geometry = pinocchio.buildReducedModel(model, geometry, locked, rest)
-    for name, each in zip(model.names[1:], model.joints[1:], strict=True):
-        k = each.idx_q
-        bounded = each.nq == 1 and np.all(
-            np.isfinite([model.lowerPositionLimit[k], model.upperPositionLimit[k]])
-        )
-        if not bounded or not each.shortname().startswith("JointModelR"):
-            raise ValueError(
-                f"joint {name!r} of {urdf} is a {each.shortname()}; the joints of an arm must turn "
-                "between two limits (type revolute)"
-            )
     return model, geometry
 
 
@@ -391,42 +386,64 @@ def _with_limits(urdf: Path, flange: str) -> str:
     Joints between root and flange are checked: what Pinocchio takes for granted of them.
     """
     robot = read_robot(urdf)
-    links = {link.get("name") for link in robot.iterfind("link")}
-    chain = {joint.name for joint in Urdf(urdf).chain(flange)} if flange in links else set()
+    links = [link.get("name", "") for link in robot.iterfind("link")]
+    if flange not in links:
+        raise ValueError(f"{urdf} has no link {flange!r}; its links are {', '.join(links)}")
+    chain = {joint.name: joint for joint in Urdf(urdf).chain(flange)}
+    if not chain:
+        raise ValueError(f"no joint of {urdf} moves {flange!r}; give the link that holds the tool")
     for joint in robot.iterfind("joint"):
-        name = joint.get("name")
-        limit = joint.find("limit")
+        name, kind, limit = joint.get("name", ""), joint.get("type"), joint.find("limit")
         if name in links:
             # Pinocchio confuses a joint with a link of its name.
             joint.set("name", f"{name}_joint")
-        if joint.get("type") == "continuous":
+        if kind == "continuous":
             joint.set("type", "revolute")
             limit = ElementTree.SubElement(joint, "limit") if limit is None else limit
             limit.attrib |= {"lower": f"{-CONTINUOUS_RANGE}", "upper": f"{CONTINUOUS_RANGE}"}
+        where = f"joint {name!r} of {urdf}"
+        if limit is not None:
             for key, value in UNSTATED_LIMITS.items():
-                limit.attrib.setdefault(key, value)
-        if name not in chain or joint.get("type") != "revolute":
+                if not _number(limit, key, where) > 0.0:
+                    limit.set(key, value)
+        if name not in chain:
             continue
+        if kind not in ANGULAR_JOINTS:
+            raise ValueError(f"{where} is {kind}; the joints of an arm must be revolute")
         mimicked = joint.find("mimic")
         if mimicked is not None:
             raise ValueError(
-                f"joint {name!r} of {urdf} mimics {mimicked.get('joint')!r}; each joint between "
-                f"the base and {flange!r} must be driven by itself"
+                f"{where} mimics {mimicked.get('joint')!r}; each joint between the base and "
+                f"{flange!r} must be driven by itself"
+            )
+        distance = float(np.linalg.norm(chain[name].T_parent_joint.position))
+        if distance > MAX_JOINT_DISTANCE:
+            raise ValueError(
+                f"{where} is {distance:.4g} m from its link; origins are in metres, not millimetres"
             )
         if limit is None:
-            raise ValueError(f"joint {name!r} of {urdf} has no limits lower and upper")
-        low, high = (float(limit.get(key, "0")) for key in ("lower", "upper"))
-        if low >= high:
+            raise ValueError(f"{where} has no limits lower and upper")
+        low, high = (_number(limit, key, where) for key in ("lower", "upper"))
+        if not low < high:
             raise ValueError(
-                f"joint {name!r} of {urdf} turns from lower = {low:g} to upper = {high:g} rad; "
-                "lower must be the smaller one"
+                f"{where} turns from lower = {low:g} to upper = {high:g} rad; lower must be the "
+                "smaller one"
             )
         if max(-low, high) > MAX_JOINT_ANGLE:
             raise ValueError(
-                f"joint {name!r} of {urdf} turns from {low:g} to {high:g} rad; limits are in "
-                'radians (180 degrees are 3.1416), and a joint without any is type="continuous"'
+                f"{where} turns from {low:g} to {high:g} rad; limits are in radians (180 degrees "
+                'are 3.1416), and a joint without any is type="continuous"'
             )
     return ElementTree.tostring(robot, encoding="unicode")
+
+
+def _number(limit: ElementTree.Element, key: str, where: str) -> float:
+    """Number of a joint's limits, zero where it is not stated."""
+    text = limit.get(key, "0")
+    try:
+        return float(text)
+    except ValueError as error:
+        raise ValueError(f"{where}: {key} = {text!r} is no number") from error
 
 
 def _to_se3(pose: Pose) -> pinocchio.SE3:

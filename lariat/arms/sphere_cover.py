@@ -17,6 +17,8 @@ POINT_DISTANCE = 0.012
 """Largest distance of two neighbouring points of a surface [m]."""
 MAX_SUBDIVISIONS = 6
 """Largest number of times that a triangle is divided."""
+MAX_MESH_SIZE = 10.0
+"""Largest extent of a mesh that is taken for metres [m]."""
 CIRCLE_POINTS = 24
 """Points around the circle of a cylinder."""
 SLICES_PER_WIDTH = 2.0
@@ -75,7 +77,14 @@ def _surface(body: pinocchio.GeometryObject) -> Float64[np.ndarray, "p 3"]:
         corners = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
         return corners * np.array(shape.halfSide)
     if kind.startswith("BVHModel"):
-        return _mesh(shape) * np.array(body.meshScale)
+        points = _mesh(shape) * np.array(body.meshScale)
+        size = float(np.max(np.ptp(points, axis=0)))
+        if size > MAX_MESH_SIZE:
+            raise ValueError(
+                f"mesh {body.meshPath} is {size:.4g} m large; one in millimetres takes "
+                'scale="0.001 0.001 0.001" in the URDF'
+            )
+        return points
     raise ValueError(f"body {body.name!r} is a {kind}; use cylinders, boxes, spheres or meshes")
 
 

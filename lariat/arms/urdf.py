@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from lariat.files.bounded_file import read_file
+from lariat.files.file_kind import known_kind
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 
@@ -109,7 +110,7 @@ class Urdf:
         return tuple(body for link in self.tree.iterfind("link") for body in _bodies(link))
 
     def chain(self, link: str) -> tuple[Joint, ...]:
-        """Return the joints that have a value between the root and a link, in that order.
+        """Return the joints between the root and a link that are not fixed, in that order.
 
         Raises:
             ValueError: There is no such link, or the joints above it form a circle.
@@ -123,7 +124,7 @@ class Urdf:
             link = joint.parent
         if any(link == joint.child for joint in joints):
             raise ValueError(f"joint {joints[-1].name!r} of the URDF is part of a circle")
-        return tuple(joint for joint in reversed(joints) if joint.type in MOVING_JOINTS)
+        return tuple(joint for joint in reversed(joints) if joint.type != "fixed")
 
     def link_poses(
         self, joints: Sequence[Joint], values: Sequence[float]
@@ -150,10 +151,12 @@ def read_robot(path: Path) -> ElementTree.Element:
     try:
         robot = ElementTree.fromstring(data)
     except ElementTree.ParseError as error:
-        raise ValueError(f"{path} is not a URDF: {error}") from error
+        reason = f"it is {known_kind(data)}" if known_kind(data) else error
+        raise ValueError(f"{path} is not a URDF: {reason}") from error
     if robot.tag != "robot":
         raise ValueError(f"{path} is not a URDF: its root is <{robot.tag}>, not <robot>")
-    if any("ros.org" in each.tag or "${" in "".join(each.attrib.values()) for each in robot.iter()):
+    values = "".join(value for each in robot.iter() for value in each.attrib.values())
+    if "${" in values or "$(" in values or any("ros.org" in each.tag for each in robot.iter()):
         raise ValueError(f"{path} is a xacro file; expand it: xacro {path.name} > robot.urdf")
     return robot
 

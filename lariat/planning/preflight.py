@@ -16,6 +16,7 @@ from lariat.configuration import ConfigurationError
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
 from lariat.scenario import SIDES, Scenario, Shape
+from lariat.scenario.extensions import extensions_of
 
 if TYPE_CHECKING:
     from lariat.control.run.goals import GoalFactory
@@ -35,12 +36,15 @@ class ShapeReport:
 
 
 def check(scenario: Scenario) -> dict[str, ShapeReport]:
-    """Check the arms at the start, then start, goal and the goals of events.
+    """Check classes from outside, the arms at the start, then the shapes at start and goals.
 
     Raises:
-        ConfigurationError: An arm's description cannot be used or its start is out of reach; the
-            rope at rest would touch an obstacle, or cannot take a shape.
+        ConfigurationError: A class from outside cannot be imported; an arm's description cannot be
+            used or its start is out of reach; the rope at rest would touch an obstacle, or cannot
+            take a shape.
     """
+    for each in extensions_of(scenario):
+        each.load()
     if any(scenario.end(side).driver not in ("fixed", "ideal") for side in SIDES):
         # Imported late: only a cell with such an arm needs Pinocchio.
         from lariat.arms.installation import start_joints

@@ -15,13 +15,13 @@ GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
 DENSITIES = (30.0, 12_000.0)
 """Densities of ropes and cables, from foam to lead [kg/m^3]."""
-SLENDERNESS = (8.0, 2000.0)
+SLENDERNESS = (8.0, 10_000.0)
 """Length of a rope in diameters [-]."""
 MAX_BUCKLING_FORCE = 300.0
 """Axial force that bends a rope between two clamps, above which arms of a laboratory do not [N]."""
-MAX_WEIGHT_TO_STIFFNESS = 1e6
-"""Largest weight w L^3 / (EI) of a rope against its bending stiffness [-]: a thread of cotton of
-half a metre has about 1e5."""
+MIN_BENDING_LENGTH = 1.0
+"""Length (EI / w)^(1/3) over which a rope bends under its weight, in diameters [-]: a thread of
+cotton has about 30, a chain 1."""
 MAX_STRETCH_BY_WEIGHT = 0.02
 """Largest strain of a rope under its own weight [-]."""
 CAMERA_DISTANCES = (0.1, 4.0)
@@ -84,12 +84,15 @@ def _rope_doubts(rope: Rope, tolerance: float) -> Iterator[str]:
             f"the bending stiffness EI = {stiffness:.3g} N m^2 takes a force of {force:.3g} N to "
             f"bend; {_remedy(cures, (0.0, MAX_BUCKLING_FORCE))}"
         )
-    softness = rope.linear_density * GRAVITY * rope.length**3 / stiffness
-    if softness > MAX_WEIGHT_TO_STIFFNESS:
-        cures = [(modulus, lambda s: softness / s), (weight, lambda s: softness * s)]
+    bends = (stiffness / (rope.linear_density * GRAVITY)) ** (1.0 / 3.0) / rope.diameter
+    if bends < MIN_BENDING_LENGTH:
+        cures = [
+            (modulus, lambda s: bends * s ** (1 / 3)),
+            (weight, lambda s: bends / s ** (1 / 3)),
+        ]
         yield (
-            f"the bending stiffness EI = {stiffness:.3g} N m^2 is {softness:.3g} times smaller "
-            f"than weight times length squared; {_remedy(cures, (0.0, MAX_WEIGHT_TO_STIFFNESS))}"
+            f"at the bending stiffness EI = {stiffness:.3g} N m^2 the rope bends under its weight "
+            f"within {bends:.2g} diameters; {_remedy(cures, (MIN_BENDING_LENGTH, math.inf))}"
         )
     strain = rope.linear_density * GRAVITY * rope.length / rope.stretch_stiffness
     if strain > MAX_STRETCH_BY_WEIGHT:

@@ -97,8 +97,10 @@ def test_check_writes_the_nearest_shape_where_no_path_leads_to_the_goal(
         ({"urdf": f'"{CR5_URDF}"', "base_position": "[3, 0, 0]"}, "out of the arm's reach"),
         ({"urdf": '"none.urdf"'}, "none.urdf"),
         ({"urdf": f'"{CR5_URDF}"', "flange": '"hand"'}, "no link 'hand'"),
+        ({"urdf": f'"{CR5_URDF}"', "flange": '"base_link"'}, "moves 'base_link'"),
+        ({"driver": '"nowhere:Arm"'}, "no module 'nowhere'"),
     ],
-    ids=["reach", "file", "flange"],
+    ids=["reach", "file", "flange", "base", "class"],
 )
 def test_check_refuses_what_the_gateway_refuses(
     changes: dict[str, str], told: str, plan: tuple[str, ...], capsys: pytest.CaptureFixture[str]
@@ -110,3 +112,19 @@ def test_check_refuses_what_the_gateway_refuses(
     scenario = load_with("fixed-end", tuple(settings[1::2]))
     with pytest.raises(ConfigurationError, match=re.escape(told)):
         drivers_of(scenario, scenario.grips(scenario.start), {}, {})
+
+
+@pytest.mark.parametrize("key", ["control.method", "control.path_planner", "sensing.method"])
+def test_a_class_from_outside_that_is_missing_is_refused(
+    key: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", "rope", "--set", f"{key}=nowhere:Class"]) == 2
+    assert f"{key} = 'nowhere:Class': no module 'nowhere'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("turn", ["[0, 0, 0, 0]", "[0, 0, 180, 0]"])
+def test_a_quaternion_that_is_none_is_refused(
+    turn: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", "fixed-end", "--set", f"ends.right.base_orientation={turn}"]) == 2
+    assert "ends.right.base_orientation" in capsys.readouterr().err

@@ -56,8 +56,7 @@ class JointConstraints:
             acceleration_share: The same of the limit on its acceleration [-].
         """
         self.kinematics = kinematics
-        slowest = float(np.min(kinematics.max_joint_speed))
-        speed = min(limits.joint_speed, slowest) if slowest > 0.0 else limits.joint_speed
+        speed = min(limits.joint_speed, float(np.min(kinematics.max_joint_speed)))
         self.joint_speed = speed_share * speed
         """Largest speed of every joint [rad/s]."""
         self.joint_acceleration = acceleration_share * limits.joint_acceleration

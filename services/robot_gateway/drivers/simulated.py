@@ -32,8 +32,6 @@ class SimulatedArmSettings:
     """Angular frequency of the position loop of every joint [rad/s]."""
     armature: float = 0.1
     """Inertia of a drive's rotor at its joint [kg m^2]."""
-    default_torque: float = 100.0
-    """Torque limit of a joint for which the URDF states none [N m]."""
     power_time: float = 0.4
     """Time from the request to the drives' readiness [s]."""
     finger_stroke: float = 0.04
@@ -159,7 +157,7 @@ def _add_drives(mujoco, spec, arm: pinocchio.Model, settings: SimulatedArmSettin
     for k in range(1, arm.njoints):
         carried = sum(float(arm.inertias[j].mass) for j in range(k, arm.njoints))
         inertia = settings.armature + carried * (0.3 * reach) ** 2
-        torque = float(arm.effortLimit[k - 1]) or settings.default_torque
+        torque = float(arm.effortLimit[k - 1])
         servo = spec.add_actuator(name=arm.names[k], target=arm.names[k])
         servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
         servo.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT

@@ -165,7 +165,7 @@ def test_what_cannot_be_an_arm_is_refused_by_name(tmp_path: Path):
         'type="prismatic"><parent link="base"/><child link="tool"/><axis xyz="0 0 1"/>'
         '<limit lower="0" upper="1" effort="1" velocity="1"/></joint></robot>'
     )
-    with pytest.raises(ValueError, match=r"turn.*limits"):
+    with pytest.raises(ValueError, match=r"turn.*prismatic"):
         UrdfKinematics(sliding, "tool", BASE, TOOL)
     broken = tmp_path / "broken.urdf"
     broken.write_text("<robot")
@@ -185,6 +185,10 @@ LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
         (LIMIT + '<mimic joint="other"/>', "mimics 'other'"),
         ("", "has no limits"),
         (LIMIT + '<origin xyz="${x} 0 0"/>', "is a xacro file; expand it"),
+        (LIMIT + '<mesh filename="$(find arm)/a.stl"/>', "is a xacro file; expand it"),
+        (LIMIT + '<origin xyz="0 0 128.3"/>', "in metres, not millimetres"),
+        (LIMIT.replace('"-1"', '"-180 deg"'), "lower = '-180 deg' is no number"),
+        (LIMIT.replace('"-1"', '"nan"'), "from lower = nan"),
         (LIMIT + '<origin xyz="a 0 0"/>', "joint 'turn': could not convert"),
     ],
 )
@@ -196,6 +200,52 @@ def test_a_mistake_in_a_joint_is_named(tmp_path: Path, joint: str, reason: str):
     )
     with pytest.raises(ValueError, match=reason):
         UrdfKinematics(path, "tool", BASE, TOOL)
+
+
+def test_a_limit_without_effort_and_speed_has_usual_ones(tmp_path: Path):
+    path = tmp_path / "arm.urdf"
+    joint = '<parent link="base"/><child link="tool"/><limit lower="-1" upper="1" velocity="0"/>'
+    path.write_text(
+        '<robot name="r"><link name="base"/><link name="tool"/>'
+        f'<joint name="turn" type="revolute">{joint}</joint></robot>'
+    )
+    model, _ = load_arm(path, "tool")
+    assert model.velocityLimit[0] > 0.0
+    assert model.effortLimit[0] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("parts", "flange", "reason"),
+    [
+        ('<link name="loose"/>', "tip", r"root links.*loose"),
+        ('<link name="tip"/>', "tip", r"'tip' is not unique"),
+        ("", "base", r"no joint of .* moves 'base'"),
+    ],
+)
+def test_a_wrong_tree_is_refused_without_a_word_of_the_parser(
+    parts: str, flange: str, reason: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(ARM_WITH_A_MESH.replace("</robot>", f"{parts}</robot>"))
+    with pytest.raises(ValueError, match=reason):
+        load_arm(path, flange)
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("mesh", "reason"),
+    [
+        ("v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 9\nf 1 2 3\nf 1 2 4\n", r"tip\.obj is 100 m.*scale"),
+        ("", r"tip\.obj OBJ-file is too small"),
+    ],
+)
+def test_a_mesh_of_millimetres_or_none_is_refused(mesh: str, reason: str, tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(ARM_WITH_A_MESH)
+    (tmp_path / "arm_meshes").mkdir()
+    (tmp_path / "arm_meshes/tip.obj").write_text(mesh)
+    with pytest.raises(ValueError, match=reason):
+        UrdfKinematics(path, "tip", BASE, TOOL)
 
 
 @pytest.mark.slow

@@ -34,6 +34,14 @@ def test_an_archive_of_arrays_is_a_zip_whatever_its_name(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
+    ("head", "kind"), [(b"#ROSBAG V2.0\n\0", "ROS 1"), (b"SQLite format 3\0", "SQLite")]
+)
+def test_bags_are_named(head: bytes, kind: str, tmp_path: Path):
+    (tmp_path / "a.mcap").write_bytes(head)
+    assert kind in kind_of(tmp_path / "a.mcap")
+
+
+@pytest.mark.parametrize(
     ("words", "told"),
     [
         (("identify", "README.md"), "README.md is a text in Markdown, not a .npz"),

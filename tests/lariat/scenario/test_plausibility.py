@@ -45,8 +45,9 @@ def test_no_shipped_scenario_is_doubted(name: str):
         ("diameter = 0.008", "diameter = 0.08", "rope.diameter = 0.008 m"),
         ("diameter = 0.008", "diameter = 0.08", "rope.length is 5.62 times rope.diameter"),
         ("modulus = 1.0e6", "modulus = 2.0e11", "takes a force of 7.84e+03 N to bend"),
-        ("modulus = 1.0e6", "modulus = 1.0e3", ""),
-        ("diameter = 0.008", "diameter = 0.0008", "times smaller than weight times length squared"),
+        ("modulus = 1.0e6", "modulus = 1.0e4", ""),
+        ("modulus = 1.0e6", "modulus = 1.0e3", "did you mean rope.youngs_modulus = 10000 Pa"),
+        ("diameter = 0.008", "diameter = 0.0008", "rope.diameter = 0.008 m"),
         ("density = 0.044", "density = 0.044\nstretch_stiffness = 2.0", "stretches by 9.71 %"),
         ("modulus = 1.0e6", "modulus = 4.0e9", "shortens it by 35 mm at rope.stretch_stiffness"),
         ("radius = 0.03", "radius = 5.0", "obstacle 'post' is 5 m large"),
@@ -60,6 +61,15 @@ def test_a_value_off_by_a_unit_is_doubted(tmp_path: Path, old: str, new: str, to
     found = doubts(parse(TEXT.replace(old, new), tmp_path))
     assert told in " / ".join(found)
     assert bool(found) == bool(told)
+
+
+def test_a_long_rope_and_a_thin_wire_are_plausible(tmp_path: Path):
+    text = TEXT.replace("-0.2, ", "-4.9, ").replace("[0.2, ", "[4.9, ")
+    text = text.replace("length = 0.45", "length = 10.0").replace("1.0e6", "1.0e5")
+    text += "[limits]\nworkspace = [[-5, -5, -9], [5, 5, 9]]\n"
+    assert doubts(parse(text, tmp_path)) == ()
+    wire = TEXT.replace("0.45", "2.5").replace("0.008", "0.001").replace("1.0e6", "2.0e11")
+    assert doubts(parse(wire.replace("0.044", "0.0062"), tmp_path)) == ()
 
 
 def test_a_camera_out_of_its_range_is_doubted(tmp_path: Path):

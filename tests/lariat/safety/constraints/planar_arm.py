@@ -14,7 +14,7 @@ class PlanarArm:
     """Arm in the plane z = 0.5 whose elbow bends to the positive side."""
 
     joint_range = np.array([[-3.0, -2.5], [3.0, 2.5]])
-    max_joint_speed = np.zeros(2)
+    max_joint_speed = np.full(2, np.inf)
     base_spheres = (np.array([[0.0, 0.0, 0.25]]), np.array([0.1]))
 
     def solve(self, grip: Pose, near: np.ndarray) -> np.ndarray | None:

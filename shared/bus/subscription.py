@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import zenoh
@@ -12,6 +14,7 @@ from zenoh.handlers import RingChannel
 from shared.bus.encoding import raw_message
 from shared.bus.keys import key_expression
 from shared.bus.message_check import MAX_PUBLISHERS, MessageCheck, RawMessage
+from shared.door import Door
 from shared.runtime.clock import Clock
 from shared.runtime.service import Received
 from shared.topics import TOPICS, Topic, find
@@ -49,28 +52,30 @@ class _Ring:
         session: zenoh.Session,
         key: str,
         capacity: int,
-        own: bool = True,
-        arrived: Callable[[], object] | None = None,
+        door: Door,
+        own: bool,
+        arrived: Callable[[], object] | None,
     ) -> None:
         origin = zenoh.Locality.ANY if own else zenoh.Locality.REMOTE
         self._capacity = capacity
-        self._next: Callable[[], zenoh.Sample | None]
+        # Costs this process nothing until it takes the messages.
+        subscriber = session.declare_subscriber(key, RingChannel(capacity), allowed_origin=origin)
+        self._next: Callable[[], zenoh.Sample | None] = subscriber.try_recv
+        self._subscriber = subscriber
         if arrived is None:
-            # Costs this process nothing until it takes the messages.
-            subscriber = session.declare_subscriber(
-                key, RingChannel(capacity), allowed_origin=origin
-            )
-            self._next = subscriber.try_recv
-            self._subscriber: object = subscriber
             return
         unread: deque[zenoh.Sample] = deque(maxlen=capacity)
-
-        def keep(sample: zenoh.Sample) -> None:
-            unread.append(sample)
-            arrived()
-
         self._next = lambda: unread.popleft() if unread else None
-        self._subscriber = session.declare_subscriber(key, keep, allowed_origin=origin)
+
+        def keep() -> None:
+            with suppress(zenoh.ZError):  # The session is closed.
+                while True:
+                    unread.append(subscriber.recv())
+                    with door.guard(key):
+                        arrived()
+
+        # A callback of Zenoh's would hold up all messages of this process once 256 wait for it.
+        threading.Thread(target=keep, name=f"arrivals of {key}", daemon=True).start()
 
     def take(self) -> Iterator[zenoh.Sample]:
         """Yield the unread messages in order of arrival, at most as many as the ring holds."""
@@ -94,10 +99,10 @@ class _BaseSubscription:
         own: bool = True,
         arrived: Callable[[], object] | None = None,
     ) -> None:
-        self._ring = _Ring(session, key, capacity, own, arrived)
+        self._check = MessageCheck()
+        self._ring = _Ring(session, key, capacity, self._check.door, own, arrived)
         self._clock = clock
         self._losses = _LossCounter()
-        self._check = MessageCheck()
 
     @property
     def lost(self) -> int:

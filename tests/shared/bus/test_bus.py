@@ -4,6 +4,7 @@ import json
 import logging
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -15,7 +16,7 @@ import zenoh
 from shared import bus as buses
 from shared import topics
 from shared.bus import BusError, BusOptions
-from shared.messages import Health, NodeChain, TaskRequest
+from shared.messages import Health, NodeChain, TaskRequest, TaskState
 from shared.topics import RawImage
 from shared.version import MESSAGE_VERSION
 from tests.shared.cell import Cell, free_port, until
@@ -305,6 +306,46 @@ def test_taking_ends_although_messages_arrive_faster_than_they_are_read(
     until(lambda: samples.extend(subscription._ring.take()) or samples)
     monkeypatch.setattr(subscription._ring, "_next", lambda: samples[0])
     assert len(subscription.take()) == 512
+
+
+def test_a_slow_reader_of_one_topic_delays_no_other_one_and_gets_the_newest(cell: Cell) -> None:
+    reader, writer = cell("reader"), cell("writer")
+    busy = threading.Event()
+    slow = reader.subscribe(topics.TASK_STATE, arrived=lambda: busy.wait(20.0))
+    other = reader.subscribe(topics.TASK_REQUEST)
+    states, requests = writer.publisher(topics.TASK_STATE), writer.publisher(topics.TASK_REQUEST)
+    until(lambda: states.has_subscribers and requests.has_subscribers)
+    sent, taken = 0, []
+
+    def send() -> bool:
+        nonlocal sent
+        for _ in range(200):
+            sent += 1
+            states.put(TaskState(reset_count=sent))
+        requests.put(TaskRequest())
+        taken.extend(other.take())
+        return sent > 2000
+
+    until(send)
+    taken.clear()
+    until(lambda: send() and taken)
+    busy.set()
+    until(lambda: [item.message.reset_count for _, item in slow.take()] == [sent])
+
+
+def test_a_reader_that_fails_takes_the_next_message_all_the_same(cell: Cell) -> None:
+    count = 0
+
+    def fail() -> None:
+        nonlocal count
+        count += 1
+        raise KeyError
+
+    subscription = cell("reader").subscribe(topics.TASK_STATE, arrived=fail)
+    publisher = cell("writer").publisher(topics.TASK_STATE)
+    until(lambda: publisher.has_subscribers)
+    until(lambda: publisher.put(TaskState()) or count > 1)
+    assert subscription.refused >= 1
 
 
 def test_made_up_keys_of_a_topic_fill_no_memory(cell: Cell) -> None:

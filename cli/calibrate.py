@@ -17,10 +17,10 @@ import cv2
 import numpy as np
 import tyro
 from jaxtyping import Float64
-from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from cli.terminal import Terminal
 from lariat.configuration import ConfigurationError, refusing
 from lariat.geometry import poses
 from lariat.geometry.cameras import Intrinsics
@@ -87,11 +87,9 @@ def main(file: tyro.conf.Positional[Path], /, camera: str = "", json: bool = Fal
     table.add_row(
         "standard deviation", f"{answer['position_sd_mm']} mm, {answer['rotation_sd_deg']}°"
     )
-    console = Console(highlight=False)
+    console = Terminal()
     console.print(table)
-    console.print(
-        f"position = {answer['position']}\norientation = {answer['orientation']}", markup=False
-    )
+    console.print(f"position = {answer['position']}\norientation = {answer['orientation']}")
     return 0
 
 
@@ -125,7 +123,7 @@ def read_views(recording: Recording, scenario: Scenario, camera: str) -> Calibra
     color_key = topics.CAMERA_COLOR.at(camera).key
     calibration_key = topics.CAMERA_CALIBRATION.at(camera).key
     views: list[MarkerView] = []
-    console = Console(stderr=True)
+    console = Terminal(stderr=True)
     for entry, message in track(
         recording.decoded((color_key, calibration_key)),
         "Detecting markers",

@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 import tyro
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from cli.terminal import Terminal, progress_bar
 from lariat.configuration import ConfigurationError, reason_of, refusing
 from lariat.files.array_file import read_arrays
 from lariat.files.file_kind import kind_of
@@ -105,7 +104,7 @@ def main(
     for flag, path in (("--predictions", predictions), ("--plot", plot)):
         if path is not None and not path.parent.is_dir():
             raise ConfigurationError(f"{flag} {path}: there is no folder {path.parent}")
-    messages = Console(stderr=True, highlight=False)
+    messages = Terminal(stderr=True)
     for line in doubts(source):
         messages.print(f"note: {line}")
     try:
@@ -144,7 +143,7 @@ def main(
     if json:
         print(jsons.dumps(answer))
     else:
-        _show(answer, Console())
+        _show(answer, Terminal())
     return 0
 
 
@@ -233,12 +232,12 @@ def _without_name(finding: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in finding.items() if key != "name"}
 
 
-def _show(answer: dict[str, Any], console: Console) -> None:
+def _show(answer: dict[str, Any], console: Terminal) -> None:
     table = Table("", "value", "± 1 sd", "unit", "known")
     for name, f in answer["parameters"].items():
         known = "yes" if f["known"] else "no"
         table.add_row(
-            name.replace("[", r"\["),
+            name,
             f"{f['value']:.4g}",
             f"{f['standard_deviation']:.2g}",
             f["unit"],
@@ -247,7 +246,7 @@ def _show(answer: dict[str, Any], console: Console) -> None:
     console.print(table)
     console.print("Not identifiable from this motion:")
     for line in answer["cannot_tell"]:
-        console.print(f"  {line}", markup=False)
+        console.print(f"  {line}")
     each = " ".join(f"{score:.2f}" for score in answer["error_cm_per_sequence"])
     console.print(
         f"Mean absolute error over {answer['predicted_seconds']:.2f} s open loop: "
@@ -256,8 +255,7 @@ def _show(answer: dict[str, Any], console: Console) -> None:
 
 
 @contextmanager
-def _progress(console: Console) -> Iterator[ReportProgress]:
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
+def _progress(console: Terminal) -> Iterator[ReportProgress]:
+    with progress_bar(console) as progress:
         bar = progress.add_task("", total=1.0)
         yield lambda what, share: progress.update(bar, description=what, completed=share)

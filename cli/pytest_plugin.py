@@ -84,9 +84,8 @@ class ReplayItem(pytest.Item):
         Raises:
             Differs: It published something else.
         """
-        from rich.console import Console
-
         from cli.replay import replay
+        from cli.terminal import Terminal
         from shared.recording import Recording
         from stack.replay.outside_inputs import NotReplayable
 
@@ -94,7 +93,7 @@ class ReplayItem(pytest.Item):
         with tempfile.TemporaryDirectory() as folder:
             scenario = recording.scenario(Path(folder))
             try:
-                results = replay(recording, scenario, (self.name,), Console(stderr=True))
+                results = replay(recording, scenario, (self.name,), Terminal(stderr=True))
             except NotReplayable as reason:
                 pytest.skip(str(reason))
         differences = [d for result in results for d in result.differences]

@@ -12,12 +12,10 @@ from typing import Annotated, Any
 
 import tyro
 from google.protobuf.json_format import MessageToDict
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import Progress
 from rich.table import Table
 
 from cli.run import run_scenario, score_table
+from cli.terminal import Terminal, progress_bar
 from lariat.configuration import ConfigurationError, refusing
 from lariat.scenario import Scenario
 from lariat.scenario.extensions import require_allowed
@@ -93,7 +91,7 @@ def main(
         0 when everything is as recorded (or was updated), the measures could be computed, or the
         goal was reached; 1 otherwise.
     """
-    console = Console(stderr=True, highlight=False)
+    console = Terminal(stderr=True)
     with tempfile.TemporaryDirectory() as folder:
         with refusing(f"cannot replay {file}"):
             recording = Recording.open(file)
@@ -131,7 +129,7 @@ def replay(
     recording: Recording,
     scenario: Scenario,
     names: tuple[str, ...],
-    console: Console,
+    console: Terminal,
     skipped: dict[str, str] | None = None,
 ) -> list[ReplayResult]:
     """Step every start of the named services again.
@@ -140,7 +138,7 @@ def replay(
         recording: The recording.
         scenario: Its scenario.
         names: Services.
-        console: Console of the progress.
+        console: Terminal of the progress.
         skipped: Takes the reasons of services that cannot be replayed, by name.
 
     Raises:
@@ -162,7 +160,7 @@ def replay(
 
 
 def _replay_service(
-    recording: Recording, scenario: Scenario, name: str, console: Console
+    recording: Recording, scenario: Scenario, name: str, console: Terminal
 ) -> Iterator[ReplayResult]:
     """Step every start of a service again."""
     recorded = RecordedService(recording, name)
@@ -174,9 +172,7 @@ def _replay_service(
     for session in recorded.starts:
         with (
             subject(name, scenario, session, recording, recorded) as (service, feed),
-            Progress(
-                console=console, transient=True, redirect_stdout=False, redirect_stderr=False
-            ) as progress,
+            progress_bar(console) as progress,
         ):
             bar = progress.add_task(f"{session}: warming up", total=1.0)
             service.warm_up()
@@ -219,12 +215,12 @@ def _update(recording: Recording, scenario: Scenario, results: list[ReplayResult
 
 
 def _report(results: list[ReplayResult], skipped: dict[str, str], start: int) -> None:
-    console = Console(highlight=False)
+    console = Terminal()
     for result in results:
         compared = sum(result.compared.values())
         verdict = "same" if result.same else f"{len(result.differences)} differences"
         console.print(
-            f"[bold]{result.service}[/] ({result.session}): {result.steps} steps, "
+            f"{result.service} ({result.session}): {result.steps} steps, "
             f"{compared} messages compared, {verdict}; processor time of a step "
             f"{result.step_time(50):.2g} ms (p50), {result.step_time(99):.2g} ms (p99)"
         )
@@ -240,13 +236,12 @@ def _report(results: list[ReplayResult], skipped: dict[str, str], start: int) ->
             at = f"{(d.time - start) / SECOND:.3f}"
             place = d.field if d.field else KINDS[d.kind]
             cells = (f"{d.topic} #{d.sequence}", place, d.recorded, d.replayed)
-            # Indices stand in brackets, which rich takes for markup.
-            table.add_row(at, *map(escape, cells), size)
+            table.add_row(at, *cells, size)
         console.print(table)
         if len(result.differences) > LISTED_DIFFERENCES:
             console.print(f"  … and {len(result.differences) - LISTED_DIFFERENCES} more")
     for name, reason in skipped.items():
-        console.print(f"[bold]{name}[/]: not replayed: {escape(reason)}")
+        console.print(f"{name}: not replayed: {reason}")
 
 
 def _report_measures(measured: RecordedMeasures, json: bool) -> None:
@@ -255,7 +250,7 @@ def _report_measures(measured: RecordedMeasures, json: bool) -> None:
         recorded = MessageToDict(seen, preserving_proto_field_name=True) if seen else None
         print(jsons.dumps({**as_json(score), "by_truth": measured.by_truth, "recorded": recorded}))
         return
-    console = Console(highlight=False)
+    console = Terminal()
     console.print(score_table(score))
     console.print(f"by the {'true' if measured.by_truth else 'seen'} rope, computed again")
     if seen is not None:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Annotated
 
 import tyro
-from rich.console import Console
 from rich.table import Table
 
+from cli.terminal import Terminal
 from lariat.configuration import ConfigurationError
 from lariat.planning import preflight
 from lariat.scenario import SIDES, Scenario
@@ -68,11 +68,11 @@ def main(
         raise ConfigurationError(f"--record {record}: the file exists; name another or remove it")
     if record:
         _check_writable(record)
-    messages = Console(stderr=True, highlight=False)
+    messages = Terminal(stderr=True)
     for side, address in real.items():
         messages.print(f"{side} arm: emulated, in the place of the one at {address}")
     for line in doubts(loaded):
-        messages.print(f"plausible only by mistake: {line}", markup=False)
+        messages.print(f"plausible only by mistake: {line}")
     if len(note) > MAX_NOTE_LENGTH:
         raise ConfigurationError(
             f"--note has {len(note)} characters; it takes up to {MAX_NOTE_LENGTH}"
@@ -100,7 +100,7 @@ def run_scenario(
     Returns:
         0 when the goal was reached, 1 when not.
     """
-    messages = Console(stderr=True, highlight=False)
+    messages = Terminal(stderr=True)
     preflight.check(scenario)
     try:
         taps = (kept,) if kept else ()
@@ -116,9 +116,9 @@ def run_scenario(
     if json:
         print(jsons.dumps(as_json(outcome.score)))
     else:
-        Console().print(score_table(outcome.score))
+        Terminal().print(score_table(outcome.score))
     if not outcome.score.reached:
-        messages.print(f"[bold]Not reached[/]: {outcome.reason}.{_hold_note(outcome.stack)}")
+        messages.print(f"Not reached: {outcome.reason}.{_hold_note(outcome.stack)}")
     return 0 if outcome.score.reached else 1
 
 

@@ -11,10 +11,10 @@ import cv2
 import numpy as np
 import tyro
 from jaxtyping import Float64, UInt8, UInt16
-from rich.console import Console
 from rich.table import Table
 from scipy.ndimage import median_filter
 
+from cli.terminal import Terminal
 from lariat.configuration import ConfigurationError, refusing
 from lariat.files.bounded_file import read_file
 from lariat.files.image_file import decode_image
@@ -222,20 +222,20 @@ def _agrees(length: float, told: float, tolerance: float) -> bool:
 
 def _show(answer: dict[str, Any], detection: Detection) -> None:
     """Print the table of the ropes, and what else was found."""
-    table = Table("rope", "colour", r"width \[px]", r"length \[px]", "P(wrong)", title="Ropes")
+    table = Table("rope", "colour", "width [px]", "length [px]", "P(wrong)", title="Ropes")
     for k, rope in enumerate(detection.ropes):
         length = sum(
             float(np.linalg.norm(np.diff(line.pixels, axis=0), axis=1).sum()) for line in rope.lines
         )
         color = " ".join(map(str, rope.color))
         table.add_row(str(k), color, f"{rope.width:.1f}", f"{length:.0f}", f"{rope.p_wrong:.2f}")
-    console = Console()
+    console = Terminal()
     console.print(table)
     ordered = sum(crossing.known for crossing in detection.crossings)
     console.print(f"{len(detection.crossings)} crossings, {ordered} with a known order")
     console.print(f"The answer is wrong with a probability of {detection.p_wrong:.2f}.")
     if "lost" in answer:
-        console.print(f"No nodes: {answer['lost']}", markup=False)
+        console.print(f"No nodes: {answer['lost']}")
     elif "nodes" in answer:
         sigma = 1e3 * float(np.median(answer["sigma"]))
         console.print(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json as jsons
-import sys
 import time
 from typing import Any
 
 from cli import arm, task
 from cli.task import LOCAL, CellOptions
+from lariat.plain_text import plain_text
 from shared import topics
 from shared.messages import ArmStates, Health, RunState
 from stack.client import connect
@@ -91,8 +91,10 @@ def _row(name: str, state: str, health: Health | None, alive: bool) -> dict[str,
 
 def _print_table(rows: dict[str, dict[str, Any]]) -> None:
     # Imported late: it takes half a second, which --json does not need.
-    from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
+
+    from cli.terminal import Terminal
 
     table = Table(box=None, pad_edge=False)
     columns = (
@@ -119,9 +121,11 @@ def _print_table(rows: dict[str, dict[str, Any]]) -> None:
             "refused",
         )
         color = "green" if row["ok"] else "red"
-        table.add_row(name, f"[{color}]{row['state']}[/]", *(str(row.get(k, "")) for k in keys))
-    Console(file=sys.stdout).print(table)
+        table.add_row(
+            name, Text(plain_text(row["state"]), color), *(str(row.get(k, "")) for k in keys)
+        )
+    Terminal().print(table)
     for name, row in rows.items():
         # Notes are sentences, too long for a column.
         if row.get("note"):
-            print(f"{name}: {row['note']}")
+            print(plain_text(f"{name}: {row['note']}"))

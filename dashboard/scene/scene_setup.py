@@ -79,9 +79,14 @@ def initial_viewpoint(scenario: Scenario, aspect: float = FIRST_ASPECT) -> Viewp
     )
 
 
+def _aspect(client: viser.ClientHandle) -> float:
+    """Width of a window over its height; it may say that it has neither."""
+    return max(client.camera.image_width, 1) / max(client.camera.image_height, 1)
+
+
 def show_whole(client: viser.ClientHandle, scenario: Scenario) -> None:
     """Move the camera of a window to the first viewpoint for its shape."""
-    viewpoint = initial_viewpoint(scenario, client.camera.aspect)
+    viewpoint = initial_viewpoint(scenario, _aspect(client))
     # viser sends no view that it believes a browser to have, and a slow browser may have left it
     # since: the way there leads over another one.
     client.camera.position = viewpoint.position + DETOUR
@@ -188,7 +193,7 @@ def set_up(server: viser.ViserServer, scenario: Scenario) -> None:
 
     @server.on_client_connect
     def _(client: viser.ClientHandle) -> None:
-        if client.camera.aspect < NARROW_ASPECT:
+        if _aspect(client) < NARROW_ASPECT:
             show_whole(client, scenario)
 
 

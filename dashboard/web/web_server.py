@@ -177,7 +177,10 @@ class WebServer:
         try:
             self._judge(request)
             answer = await handler(request)
-        except web.HTTPException as error:
+        except (web.HTTPException, ValueError, LookupError) as error:
+            if not isinstance(error, web.HTTPException):
+                # A form that is none, an unknown character set.
+                error = web.HTTPBadRequest(text=str(error))
             answer = web.Response(
                 status=error.status,
                 text=error.text if error.content_type == "text/html" else None,
@@ -246,9 +249,10 @@ class WebServer:
 
     async def _log_in(self, request: web.Request) -> web.StreamResponse:
         address = request[ADDRESS]
+        form = await request.post()
+        # Many may have sent their forms meanwhile, or none of it.
         if self._waiting >= MAX_LOGINS:
             raise _refusal(web.HTTPTooManyRequests, "Too many attempts", "Try again in a minute.")
-        form = await request.post()
         self._waiting += 1
         try:
             async with self._judging:

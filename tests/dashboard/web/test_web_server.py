@@ -2,8 +2,10 @@ from __future__ import annotations
 
 import asyncio
 import json
+import socket
 from collections.abc import Iterator
 from concurrent.futures import Future
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection
 
 from dashboard.options import DashboardOptions
+from dashboard.web import web_server
 from dashboard.web.cell_socket import Approach, HoldAnswer
 from dashboard.web.site import Site
 from lariat.configuration import ConfigurationError
@@ -255,6 +258,40 @@ def test_beyond_this_machine_the_password_admits_and_the_token_does_not(stranger
     stranger.enter(admitted)
     assert stranger.ask("GET", stranger.page, Host="lab.example").status == 200
     assert stranger.ask("GET", stranger.page).status == 403, "the cookie is for the other address"
+
+
+@pytest.mark.parametrize(
+    "kind",
+    ["multipart/form-data; boundary=x", "application/x-www-form-urlencoded; charset=nonsense"],
+)
+def test_form_that_is_none_is_refused(stranger: Visitor, kind: str) -> None:
+    body = '--x\r\nContent-Disposition: form-data; name="a"\r\n\r\nq'
+    answer = stranger.ask("POST", "/login", body, **LAB, **{"Content-Type": kind})
+    assert answer.status == 400
+
+
+def test_forms_that_are_sent_late_are_bounded_too(
+    site: Site, stranger: Visitor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(web_server, "WRONG_PASSWORD_DELAY", 0.1)
+    port = int(stranger.netloc.rpartition(":")[2])
+    form = b"password=wrong"
+    head = "".join(f"{name}: {value}\r\n" for name, value in LAB.items())
+    head += "Content-Type: application/x-www-form-urlencoded\r\n"
+    request = f"POST /login HTTP/1.1\r\n{head}Content-Length: {len(form)}\r\n\r\n".encode()
+    with ExitStack() as stack:
+        several = range(web_server.MAX_LOGINS + 4)
+        sockets = [
+            stack.enter_context(socket.create_connection(("127.0.0.1", port))) for _ in several
+        ]
+        for each in sockets:
+            each.sendall(request)
+        # Until the server has read every request, and waits for its form.
+        assert stranger.ask("POST", "/login", "password=wrong", **LAB).status == 403
+        for each in sockets:
+            each.sendall(form)
+        statuses = [each.recv(4096).split()[1] for each in sockets]
+    assert statuses.count(b"429") in range(1, 5)
 
 
 @pytest.mark.parametrize(

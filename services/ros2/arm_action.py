@@ -188,15 +188,13 @@ class ArmAction:
         if not len(commanded):
             return
         since = duration(max(now - execution.sent, 0))
-        nothing = ros(
-            "trajectory_msgs/msg/MultiDOFJointTrajectoryPoint",
-            transforms=[],
-            velocities=[],
-            accelerations=[],
-            time_from_start=since,
-        )
         desired, actual, error = (
-            _point(positions, since) for positions in (commanded, measured, commanded - measured)
+            ros(
+                "trajectory_msgs/msg/JointTrajectoryPoint",
+                positions=positions,
+                time_from_start=since,
+            )
+            for positions in (commanded, measured, commanded - measured)
         )
         execution.goal.feedback(
             header=header(now, ""),
@@ -204,10 +202,6 @@ class ArmAction:
             desired=desired,
             actual=actual,
             error=error,
-            multi_dof_joint_names=[],
-            multi_dof_desired=nothing,
-            multi_dof_actual=nothing,
-            multi_dof_error=nothing,
         )
 
     def _end(self, goal: ServerGoal, status: Status, code: Code, words: str) -> None:
@@ -296,15 +290,3 @@ def _violated(errors: dict[str, float], tolerances: dict[str, float]) -> str:
         if errors.get(name, 0.0) > tolerance:
             return f"{name} is {errors[name]:.4f} rad off, more than {tolerance:g} rad"
     return ""
-
-
-def _point(positions: np.ndarray, since: Any) -> Any:
-    nothing = np.zeros(0)
-    return ros(
-        "trajectory_msgs/msg/JointTrajectoryPoint",
-        positions=positions,
-        velocities=nothing,
-        accelerations=nothing,
-        effort=nothing,
-        time_from_start=since,
-    )

@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
 from foxglove_schemas_protobuf.Pose_pb2 import Pose
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from shared.messages import from_timestamp
-from shared.ros2.types import duration, header, point, pose, ros, vector
+from shared.ros2.types import header, point, pose, ros, vector
 
 CUBE, SPHERE, CYLINDER, LINE_STRIP, TRIANGLE_LIST = 1, 2, 3, 4, 11
 """Types of visualization_msgs/Marker."""
@@ -70,13 +69,11 @@ def _shapes(entity: SceneEntity) -> Iterator[_Shape]:
 
 def _marker(entity: SceneEntity, number: int, shape: _Shape | None) -> Any:
     """Marker of a shape, or the deletion of the one with its number."""
-    heading = header(from_timestamp(entity.timestamp), entity.frame_id)
     drawn = shape or _Shape(CUBE, Pose(), (0.0, 0.0, 0.0), Color())
     p, q = drawn.pose.position, drawn.pose.orientation
-    nothing = np.zeros(0, np.uint8)
     return ros(
         "visualization_msgs/msg/Marker",
-        header=heading,
+        header=header(from_timestamp(entity.timestamp), entity.frame_id),
         ns=entity.id,
         id=number,
         type=drawn.type,
@@ -84,17 +81,9 @@ def _marker(entity: SceneEntity, number: int, shape: _Shape | None) -> Any:
         pose=pose((p.x, p.y, p.z), (q.w, q.x, q.y, q.z)),
         scale=vector(drawn.scale),
         color=_color(drawn.color),
-        lifetime=duration(0),
         frame_locked=entity.frame_locked,
         points=[point((each.x, each.y, each.z)) for each in drawn.points],
         colors=[_color(each) for each in drawn.colors],
-        texture_resource="",
-        texture=ros("sensor_msgs/msg/CompressedImage", header=heading, format="", data=nothing),
-        uv_coordinates=[],
-        text="",
-        mesh_resource="",
-        mesh_file=ros("visualization_msgs/msg/MeshFile", filename="", data=nothing),
-        mesh_use_embedded_materials=False,
     )
 
 

@@ -182,8 +182,6 @@ def _joint_state(message: JointStates) -> Any:
         header=header(from_timestamp(message.timestamp), ""),
         name=[joint.name for joint in message.joints],
         position=np.array([joint.position for joint in message.joints]),
-        velocity=np.zeros(0),
-        effort=np.zeros(0),
     )
 
 
@@ -257,7 +255,6 @@ def _point_cloud(heading: Any, fields: list[tuple[str, int, int]], count: int, d
             ros("sensor_msgs/msg/PointField", name=name, offset=offset, datatype=kind, count=1)
             for name, offset, kind in fields
         ],
-        is_bigendian=False,
         point_step=step,
         row_step=count * step,
         data=data,
@@ -296,21 +293,12 @@ def _raw_image(heading: Any, height: int, width: int, encoding: str, step: int, 
         height=height,
         width=width,
         encoding=encoding,
-        is_bigendian=0,
         step=step,
         data=data,
     )
 
 
 def _camera_info(message: CameraCalibration) -> Any:
-    region = ros(
-        "sensor_msgs/msg/RegionOfInterest",
-        x_offset=0,
-        y_offset=0,
-        height=0,
-        width=0,
-        do_rectify=False,
-    )
     return ros(
         "sensor_msgs/msg/CameraInfo",
         header=header(from_timestamp(message.timestamp), message.frame_id),
@@ -321,9 +309,6 @@ def _camera_info(message: CameraCalibration) -> Any:
         k=_filled(message.K, 9),
         r=_filled(message.R, 9),
         p=_filled(message.P, 12),
-        binning_x=0,
-        binning_y=0,
-        roi=region,
     )
 
 
@@ -360,7 +345,6 @@ def _diagnostics(stamp: int, name: str, text: str, warns: bool, values: dict[str
         level=1 if warns else 0,
         name=f"lariat: {name}",
         message=text,
-        hardware_id="",
         values=[ros(f"{kind}/KeyValue", key=key, value=f"{v}") for key, v in values.items()],
     )
     return ros(f"{kind}/DiagnosticArray", header=header(stamp, ""), status=[status])
@@ -374,7 +358,6 @@ def _log(message: Log) -> Any:
         name=message.name,
         msg=message.message,
         file=message.file,
-        function="",
         line=message.line,
     )
 
@@ -413,8 +396,6 @@ def _trajectory(grips: dict[str, tuple[Any, Any]], stamp: int, first: int, dt: i
         ros(
             "trajectory_msgs/msg/MultiDOFJointTrajectoryPoint",
             transforms=[_transform(positions[k], turns[k]) for positions, turns in arrays],
-            velocities=[],
-            accelerations=[],
             time_from_start=duration(first + k * dt),
         )
         for k in range(min(len(positions) for positions, _ in arrays))

@@ -10,6 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from lariat.trajectory import SECOND
@@ -64,8 +66,11 @@ def define_action(name: str, text: str) -> None:
 
 
 def ros(kind: str, **fields: Any) -> Any:
-    """Create a message, e.g. `ros("std_msgs/msg/String", data="")`."""
-    return STORE.types[kind](**fields)
+    """Create a message, e.g. `ros("std_msgs/msg/String", data="a")`.
+
+    A field that is not given is zero, false or empty, as in ROS 2's own libraries.
+    """
+    return STORE.types[kind](**(_zeros(kind) | fields))
 
 
 def encoded(message: Any) -> bytes:
@@ -158,6 +163,23 @@ def xyz(message: Any) -> tuple[float, float, float]:
 def wxyz(message: Any) -> tuple[float, float, float, float]:
     """Return the quaternion of a Quaternion."""
     return message.w, message.x, message.y, message.z
+
+
+@cache
+def _zeros(kind: str) -> dict[str, Any]:
+    return {name: _zero(*field) for name, field in STORE.fielddefs[kind][1]}
+
+
+def _zero(node: Nodetype, content: Any) -> Any:
+    """Value of a field that is not given."""
+    if node is Nodetype.NAME:
+        return ros(content)
+    if node is Nodetype.BASE:
+        return "" if content[0] in ("string", "wstring") else 0
+    (inner, element), count = content
+    if inner is Nodetype.BASE and element[0] not in ("string", "wstring"):
+        return np.zeros(count, {"byte": "u1", "char": "u1"}.get(element[0], element[0]))
+    return [_zero(inner, element) for _ in range(count)]
 
 
 def _register(texts: dict[str, str]) -> None:

@@ -79,7 +79,8 @@ class Feed:
 class ArmsOverRos:
     """Gateway whose arms are behind controllers of ROS 2."""
 
-    def __init__(self, scenario: Scenario, router: str) -> None:
+    def __init__(self, scenario: Scenario, router: str, action: bool) -> None:
+        """With `action`, they take goals of FollowJointTrajectory, one after the other."""
         self._gateway = build_gateway(scenario, session_id("robot_gateway"))
         self.name, self.reads, self.writes = (
             self._gateway.name,
@@ -93,7 +94,7 @@ class ArmsOverRos:
         )
         self._now = START * NANOSECONDS
         self._arms: list[tuple[Any, Any]] = []
-        self._router = router
+        self._action = action
         for k, side in enumerate(SIDES):
             end = scenario.end(side)
             if end.driver != "ros2":
@@ -102,7 +103,7 @@ class ArmsOverRos:
             assert joints is not None
             names = [joint.name for joint in Urdf(Path(end.urdf)).chain(end.flange)]
             controller = TrajectoryController(
-                router, names, joints, controller=f"{side}_controller", clock=lambda: self._now
+                router, names, joints, action, f"{side}_controller", clock=lambda: self._now
             )
             driver: Any = self._gateway.cell.arms.drivers[k]
             self._arms.append((driver._arm, controller))
@@ -111,16 +112,28 @@ class ArmsOverRos:
         """Joins the graph."""
         for arm, controller in self._arms:
             arm.step(self._now, None)
-            until(lambda arm=arm: arm._link is not None and arm._link.commands.matched, 30.0)
-            arm._link = replace(arm._link, states=Feed(arm._link.states))
-            controller._commands = Feed(controller._commands)
+            until(lambda arm=arm: arm._link is not None, 30.0)
+            link = arm._link
+            commands = link.goals if self._action else link.commands
+            until(lambda commands=commands: commands.matched, 30.0)
+            arm._link = replace(link, states=Feed(link.states))
+            if controller.server:
+                controller.server._send = Feed(controller.server._send)
+            else:
+                controller._commands = Feed(controller._commands)
             until(lambda controller=controller: controller._states.matched, 30.0)
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         self._now = now * NANOSECONDS
         for arm, controller in self._arms:
-            controller._commands.wait(arm._link.commands._sequence)
+            link, server = arm._link, controller.server
+            if server:
+                server._send.wait(link.goals._client._send._sequence)
+            else:
+                controller._commands.wait(link.commands._sequence)
             controller.step()
+            if server:
+                until(lambda link=link: link.goals.poll() or link.goals.answered, 30.0)
         # Every arm hears the joint states of all.
         sent = sum(controller._states._sequence for _, controller in self._arms)
         for arm, _ in self._arms:
@@ -195,10 +208,10 @@ class CameraOverRos(CameraService):
         yield from super().step(inbox, now)
 
 
-def run(name: str, folder: Path, *settings: str) -> tuple[RunOutcome, list[int]]:
+def run(name: str, folder: Path, action: bool = False) -> tuple[RunOutcome, list[int]]:
     """A scenario with CR5s behind ROS 2; its outcome, and the commands that each arm got."""
     router = f"tcp/127.0.0.1:{free_port()}"
-    plain = load_with(SCENARIOS / f"{name}.toml", settings)
+    plain = load_with(SCENARIOS / f"{name}.toml")
     sides: list[Side] = [side for side in SIDES if plain.end(side).driver != "fixed"]
     changes = []
     for side in sides:
@@ -212,11 +225,11 @@ def run(name: str, folder: Path, *settings: str) -> tuple[RunOutcome, list[int]]
             f"ends.{side}.flange={CR5_FLANGE}",
             f"ends.{side}.arm_automatically=false",
         ]
-    scenario = load_with(SCENARIOS / f"{name}.toml", (*settings, *changes))
+    scenario = load_with(SCENARIOS / f"{name}.toml", changes)
     with ExitStack() as stack:
         router_node = Node("router", router=router)
         stack.callback(router_node.close)
-        arms = ArmsOverRos(scenario, router)
+        arms = ArmsOverRos(scenario, router, action)
         stack.callback(arms.close)
         camera = CameraNode(scenario, router)
         stack.callback(camera.close)

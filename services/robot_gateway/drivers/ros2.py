@@ -24,13 +24,12 @@ from shared.bus import BusError
 from shared.ros2.actions import ActionClient, ClientGoal, Status
 from shared.ros2.node import Node, Publisher, Subscription
 from shared.ros2.router import environment_domain
-from shared.ros2.types import FOLLOW_TRAJECTORY, duration, header, ros
+from shared.ros2.types import FOLLOW_TRAJECTORY, duration, ros
 from shared.ros2.wire import Qos
 
 log = logging.getLogger(__name__)
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
-MULTI_DOF = "trajectory_msgs/msg/MultiDOFJoint"
 LOOKAHEAD = SECOND // 20
 """Time in which the arm is to be at a point [ns]."""
 GOAL_LOOKAHEAD = SECOND // 10
@@ -74,10 +73,14 @@ class _Goals:
         """Whether the controller serves the action."""
         return self._client.matched
 
+    @property
+    def answered(self) -> bool:
+        """Whether it has accepted or rejected the newest goal."""
+        return self._sent is None or self._sent.accepted is not None
+
     def free(self, time: float) -> bool:
         """Return whether the next goal can be sent at a time [s]."""
-        answered = self._sent is None or self._sent.accepted is not None
-        return not self.problem and answered and time - self._sent_at >= GOAL_PERIOD
+        return not self.problem and self.answered and time - self._sent_at >= GOAL_PERIOD
 
     def poll(self) -> None:
         """Take the controller's answers to the newest goal."""
@@ -99,17 +102,7 @@ class _Goals:
         """Send a trajectory, which replaces the one that is executed."""
         if self._sent is not None:
             self._client.forget(self._sent.id)
-        nothing = ros(f"{MULTI_DOF}Trajectory", header=header(0, ""), joint_names=[], points=[])
-        goal = ros(
-            f"{FOLLOW_TRAJECTORY}_Goal",
-            trajectory=trajectory,
-            multi_dof_trajectory=nothing,
-            path_tolerance=[],
-            component_path_tolerance=[],
-            goal_tolerance=[],
-            component_goal_tolerance=[],
-            goal_time_tolerance=duration(0),
-        )
+        goal = ros(f"{FOLLOW_TRAJECTORY}_Goal", trajectory=trajectory)
         self._sent, self._sent_at = self._client.send(goal), time
 
 
@@ -224,13 +217,10 @@ class Ros2Arm:
         point = ros(
             "trajectory_msgs/msg/JointTrajectoryPoint",
             positions=np.asarray(target, float),
-            velocities=np.zeros(0),
-            accelerations=np.zeros(0),
-            effort=np.zeros(0),
             time_from_start=duration(lookahead),
         )
         # A stamp of zero begins at once, whatever the clock of the other machine.
-        return ros(TRAJECTORY, header=header(0, ""), joint_names=self._names, points=[point])
+        return ros(TRAJECTORY, joint_names=self._names, points=[point])
 
 
 def _address(setup: ArmSetup) -> tuple[str, str]:

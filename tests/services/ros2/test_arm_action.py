@@ -95,9 +95,6 @@ class Bench:
             ros(
                 POINT,
                 positions=start + way,
-                velocities=np.zeros(0),
-                accelerations=np.zeros(0),
-                effort=np.zeros(0),
                 time_from_start=duration(int(1e9 * seconds * (k + 1) / len(ways))),
             )
             for k, way in enumerate(ways)
@@ -124,23 +121,7 @@ def goal(points: list[Any], names: list[str] | None = None, stamp: int = 0, **fi
         joint_names=NAMES if names is None else names,
         points=points,
     )
-    multi = ros(
-        "trajectory_msgs/msg/MultiDOFJointTrajectory",
-        header=header(0, ""),
-        joint_names=[],
-        points=[],
-    )
-    plain = {
-        "path_tolerance": [],
-        "component_path_tolerance": [],
-        "goal_tolerance": [],
-        "component_goal_tolerance": [],
-        "goal_time_tolerance": duration(0),
-    }
-    values = plain | fields
-    return ros(
-        f"{FOLLOW_TRAJECTORY}_Goal", trajectory=trajectory, multi_dof_trajectory=multi, **values
-    )
+    return ros(f"{FOLLOW_TRAJECTORY}_Goal", trajectory=trajectory, **fields)
 
 
 def tolerance(name: str, position: float = 0.0, velocity: float = 0.0) -> Any:
@@ -192,8 +173,6 @@ def test_joints_in_another_order_are_taken_by_their_names(bench: Bench) -> None:
         POINT,
         positions=(start + LIFT)[::-1].copy(),
         velocities=np.zeros(6),
-        accelerations=np.zeros(0),
-        effort=np.zeros(0),
         time_from_start=duration(10**9),
     )
     sent = bench.ended(bench.client.send(goal([point], names)))
@@ -232,9 +211,6 @@ def test_a_goal_that_breaks_a_rule_moves_nothing(
         point = ros(
             POINT,
             positions=np.zeros(3),
-            velocities=np.zeros(0),
-            accelerations=np.zeros(0),
-            effort=np.zeros(0),
             time_from_start=duration(10**9),
         )
         sent = bench.client.send(goal([point]))

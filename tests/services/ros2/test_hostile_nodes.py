@@ -66,8 +66,6 @@ def well_formed() -> dict[str, bytes]:
         POINT,
         positions=np.zeros(6),
         velocities=np.zeros(6),
-        accelerations=np.zeros(0),
-        effort=np.zeros(0),
         time_from_start=ros("builtin_interfaces/msg/Duration", sec=1, nanosec=0),
     )
     follow = trajectory_goal([point, point], NAMES)

@@ -305,12 +305,6 @@ def collision_object(name: str, operation: int, *solids: Any) -> Any:
         type=ros("object_recognition_msgs/msg/ObjectType", key="", db=""),
         primitives=list(solids),
         primitive_poses=[pose((0.0, 0.0, 0.1), (1.0, 0.0, 0.0, 0.0)) for _ in solids],
-        meshes=[],
-        mesh_poses=[],
-        planes=[],
-        plane_poses=[],
-        subframe_names=[],
-        subframe_poses=[],
         operation=operation,
     )
 

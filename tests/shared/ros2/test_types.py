@@ -70,8 +70,6 @@ def test_padding_of_an_empty_sequence_at_the_end_is_taken():
         header=header(0, ""),
         name=["a"],
         position=np.zeros(1),
-        velocity=np.zeros(0),
-        effort=np.zeros(0),
     )
     payload = encoded(joints)
     assert decoded(

@@ -119,7 +119,6 @@ class TrajectoryController:
             name=["gripper", *reversed(self._names)],
             position=np.array([0.0, *reversed(self.joints)]),
             velocity=np.array([0.0, *reversed(velocities)]),
-            effort=np.zeros(0),
         )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lariat.scenario import Scenario
 from lariat.scenario.settings import load_with
 from services.robot_gateway.service import build as build_gateway
 from services.ros2.arm_action import Code
@@ -27,10 +28,16 @@ pytestmark = pytest.mark.live
 
 TICK = 8_000_000
 SCENARIO = load_with("fixed-end", UR5.settings("right"))
-NAMES = [f"right/{name}" for name in (
+TWO_ARMS = load_with("two-arms", (
+    *UR5.settings("left"), *UR5.settings("right"), "ends.left.base_position=[-0.65, 0.0, 0.0]",
+    "ends.left.base_orientation=[1.0, 0.0, 0.0, 0.0]",
+    "ends.left.tool_orientation=[1.0, 0.0, 0.0, 0.0]",
+))  # fmt: skip
+JOINTS = (
     "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint",
     "wrist_3_joint",
-)]  # fmt: skip
+)  # fmt: skip
+NAMES = [f"right/{name}" for name in JOINTS]
 LIFT = np.array([0.0, -0.05, 0.05, 0.0, 0.0, 0.0])
 """Short motion that pulls the rope's end back [rad]."""
 SWING = np.array([-0.3, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -39,12 +46,12 @@ POINT = "trajectory_msgs/msg/JointTrajectoryPoint"
 
 
 class Bench:
-    """Cell with a simulated UR5 and node, stepped by hand, and a client on the wire."""
+    """Cell with simulated UR5s and node, stepped by hand, and a client on the wire."""
 
-    def __init__(self) -> None:
+    def __init__(self, scenario: Scenario = SCENARIO) -> None:
         router = f"tcp/127.0.0.1:{free_port()}"
-        self.gateway = build_gateway(SCENARIO, "gateway-0")
-        self.service = Ros2Service(SCENARIO, "ros2-1", Ros2Options(router, 0, commands=True))
+        self.gateway = build_gateway(scenario, "gateway-0")
+        self.service = Ros2Service(scenario, "ros2-1", Ros2Options(router, 0, commands=True))
         self.service.warm_up()
         self.node = Node("moveit", router=router)
         self.client = ActionClient(self.node, "/lariat/follow_joint_trajectory", FOLLOW_TRAJECTORY)
@@ -220,6 +227,37 @@ def test_a_goal_that_breaks_a_rule_moves_nothing(
     assert (sent.status, sent.result.error_code) == (Status.ABORTED, code), sent.result
     assert word in sent.result.error_string
     np.testing.assert_array_equal(bench.gateway.cell.follower.state.positions, start)
+
+
+def test_a_goal_of_both_arms_moves_them_together() -> None:
+    bench = Bench(TWO_ARMS)
+    try:
+        start = np.array([arm.joints for arm in bench.state.arms])
+        # Grips that go the same way: the arms face each other.
+        way = np.outer([1.0, -1.0], 0.5 * SWING)
+        names = [f"{side}/{name}" for name in JOINTS for side in ("right", "left")]
+        point = ros(
+            POINT,
+            positions=(start + way)[::-1].T.ravel().copy(),
+            time_from_start=duration(2 * 10**9),
+        )
+        sent = bench.client.send(goal([point], names))
+        shares = []
+
+        def ended() -> bool:
+            sent.poll()
+            if all(arm.commanded_joints for arm in bench.state.arms):
+                moved = np.array([arm.commanded_joints for arm in bench.state.arms]) - start
+                shares.append(moved[:, 0] / way[:, 0])
+            return sent.status is not None
+
+        bench.until(ended)
+        assert sent.status is Status.SUCCEEDED, sent.result
+        bench.until(lambda: np.abs([a.joints for a in bench.state.arms] - start - way).max() < 2e-3)
+        assert any(0.3 < left < 0.7 for left, _ in shares)
+        assert np.ptp(shares, axis=1).max() < 1e-6
+    finally:
+        bench.close()
 
 
 def test_a_cancel_stops_on_the_way(bench: Bench) -> None:

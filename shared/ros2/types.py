@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from rosbags.interfaces import Nodetype
@@ -68,17 +68,20 @@ def define_action(name: str, text: str) -> None:
 def ros(kind: str, **fields: Any) -> Any:
     """Create a message, e.g. `ros("std_msgs/msg/String", data="a")`.
 
-    A field that is not given is zero, false or empty, as in ROS 2's own libraries.
+    A field that is not given is zero, false or empty.
     """
-    return STORE.types[kind](**(_zeros(kind) | fields))
+    zeros = _zeros(kind)
+    return STORE.types[kind](**(fields if len(fields) == len(zeros) else zeros | fields))
 
 
-def encoded(message: Any) -> bytes:
+def encoded(message: Any) -> bytearray:
     """Return the CDR of a message."""
-    return bytes(STORE.serialize_cdr(message, message.__msgtype__, little_endian=True))
+    view = STORE.serialize_cdr(message, message.__msgtype__, little_endian=True)
+    # The buffer itself: an image is not copied once more.
+    return cast("bytearray", view.obj)
 
 
-def decoded(payload: bytes, kind: str) -> Any:
+def decoded(payload: bytes | bytearray, kind: str) -> Any:
     """Return the message of a CDR.
 
     Raises:

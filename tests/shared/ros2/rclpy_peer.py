@@ -2,8 +2,8 @@
 
     python rclpy_peer.py
 
-Reads lines `TYPE HEX`, and prints for each the message as JSON and its own bytes, or null where it
-lacks the type.
+Reads lines `TYPE HEX`, and prints for each the message as JSON, its own bytes, and a message made
+without arguments, or null where it lacks the type.
 """
 
 # pyright: reportMissingImports=none
@@ -38,4 +38,4 @@ for line in sys.stdin:
         print(json.dumps(None), flush=True)
         continue
     message = deserialize_message(bytes.fromhex(payload), cls)
-    print(json.dumps([plain(message), serialize_message(message).hex()]), flush=True)
+    print(json.dumps([plain(message), serialize_message(message).hex(), plain(cls())]), flush=True)

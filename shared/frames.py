@@ -53,9 +53,9 @@ class Frames:
             now: Stamp [ns].
             fixed: Whether to add the transforms that never change.
         """
-        found = list(self._fixed) if fixed else []
+        frames = list(self._fixed) if fixed else []
         for side, state in _states(arms):
-            found += self._of_arm(side, state)
+            frames += self._of_arm(side, state)
         return FrameTransforms(
             transforms=[
                 FrameTransform(
@@ -65,7 +65,7 @@ class Frames:
                     translation=vector_message(pose.position),
                     rotation=quaternion_message(pose.orientation),
                 )
-                for parent, child, pose in found
+                for parent, child, pose in frames
             ]
         )
 

@@ -130,8 +130,8 @@ class LiveServer:
         # A foreign site's name may lead here: DNS rebinding.
         if not all(map(_is_loopback, request.headers.get_all("Host"))):
             return connection.respond(HTTPStatus.FORBIDDEN, "use the printed address\n")
-        given = parse_qs(urlsplit(request.path).query).get("token", [""])[0]
-        if not hmac.compare_digest(given.encode(), self._token.encode()):
+        token = parse_qs(urlsplit(request.path).query).get("token", [""])[0]
+        if not hmac.compare_digest(token.encode(), self._token.encode()):
             return connection.respond(HTTPStatus.UNAUTHORIZED, "the token is missing or wrong\n")
         if len(self._viewers) >= MAX_VIEWERS:
             return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many viewers\n")

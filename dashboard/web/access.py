@@ -120,7 +120,7 @@ def _derive(token: str, purpose: str) -> str:
     return hmac.new(token.encode(), purpose.encode(), hashlib.sha256).hexdigest()[:43]
 
 
-def _equal(given: str, secret: str) -> bool:
+def _equal(offered: str, secret: str) -> bool:
     # Digests have one length, so that the time of the comparison says nothing about the secret's.
-    digests = (hashlib.sha256(text.encode(errors="replace")).digest() for text in (given, secret))
+    digests = (hashlib.sha256(text.encode(errors="replace")).digest() for text in (offered, secret))
     return hmac.compare_digest(*digests)

@@ -217,9 +217,9 @@ class WebServer:
             )
         if request.path not in ("/", "/login"):
             path = request.path.split("/")[1]
-            known = self._access.admits_path(path)
+            path_admitted = self._access.admits_path(path)
             cookie = request.cookies.get(COOKIE, "")
-            if not (self._access.admits_cookie(address, cookie) and known):
+            if not (self._access.admits_cookie(address, cookie) and path_admitted):
                 raise self._closed(address)
             if isinstance(request.protocol, Connection):
                 request.protocol.admit()

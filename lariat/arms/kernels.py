@@ -294,19 +294,19 @@ def follow_path(
             )
             goal_R = Rb @ Rq @ Rg
             goal_t = Rb @ (Rq @ tg + vector_of(grips, m, 0)) + tb
-            found = 0
+            solved_here = 0
             if solved == m:
                 for k in range(joints):
                     path[m + 1, k] = path[m, k]
                 step = 0
-                while found == 0 and step < iterations:
+                while solved_here == 0 and step < iterations:
                     step += 1
                     place(chain, path, m + 1, scratch)
                     R = placed_rotation(scratch, joints - 1) @ rotation_of(chain, joints)
                     t = flange_origin(chain, joints, scratch)
                     error = pose_error(R.transpose() @ goal_R, R.transpose() @ (goal_t - t))
                     if ti.abs(error).max() < tolerance:
-                        found = 1
+                        solved_here = 1
                     else:
                         write_jacobian(chain, joints, R, t, scratch)
                         newton_step(joints, error, damping, scratch)
@@ -317,7 +317,7 @@ def follow_path(
                         share = ti.min(1.0, step_limit / largest)
                         for k in range(joints):
                             path[m + 1, k] += share * scratch[right + k]
-            solved += found
+            solved += solved_here
         if solved == poses:
             world, base = rotation_of(chain, joints + 3), vector_of(chain, joints + 3, 9)
             one = ti.Matrix([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], dt=ti.f64)

@@ -98,10 +98,10 @@ def check_state(state: RodState, node_count: int, frame_count: int, layer_count:
     q, omega = np.asarray(state.orientations), np.asarray(state.angular_velocities)
     nodes, frames = (node_count, 3), (frame_count, 3)
     if state.plastic_curvature is not None:
-        found, layers = np.asarray(state.plastic_curvature), (frame_count - 1, layer_count, 3)
-        if found.shape != layers or not math.isfinite(np.vdot(found, found)):
+        plastic, layers = np.asarray(state.plastic_curvature), (frame_count - 1, layer_count, 3)
+        if plastic.shape != layers or not math.isfinite(np.vdot(plastic, plastic)):
             raise ValueError(
-                f"state.plastic_curvature must be finite and {layers}, got shape {found.shape}; "
+                f"state.plastic_curvature must be finite and {layers}, got shape {plastic.shape}; "
                 f"this rod has {layer_count} layers that yield"
             )
     if x.shape == v.shape == nodes and omega.shape == frames and q.shape == (frame_count, 4):

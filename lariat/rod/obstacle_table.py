@@ -57,16 +57,16 @@ def _rows(shape: tuple[int, ...], content: bytes) -> Float64[np.ndarray, "m 18"]
 
 def unpack(packed: Float64[np.ndarray, "m 13"]) -> list[Obstacle]:
     """Return the obstacles that `lariat.geometry.pack` packed, without their names."""
-    found = []
+    obstacles = []
     for row in np.asarray(packed, float):
         name, shape = _shape(row[0])
         place = tuple(row[1:4]), tuple(row[4:8])
         support = bool(row[SUPPORT_COLUMN])
         friction = float(row[FRICTION_COLUMN])
-        found.append(
+        obstacles.append(
             Obstacle(name, *place, support=support, friction=friction, **shape.unpack(row[8:11]))
         )
-    return found
+    return obstacles
 
 
 def _shape(code: float) -> tuple[ShapeName, BodyShape]:

@@ -55,21 +55,21 @@ def parameter_codes(names: tuple[str, ...], properties: RodProperties) -> Int64[
     """
     rows = np.zeros((len(names), PARAMETER_WIDTH), dtype=np.int64)
     for row, name in zip(rows, names, strict=True):
-        found, body = _KNOT_NAME.fullmatch(name), _FRICTION_NAME.fullmatch(name)
+        knot, body = _KNOT_NAME.fullmatch(name), _FRICTION_NAME.fullmatch(name)
         if body is not None:
             row[:] = ParameterCode.FRICTION, int(body[1]), 1
         elif name in _SCALAR_CODES:
             row[:] = _SCALAR_CODES[name], 0, 1
-        elif found is None or (found[3] is None) == (found[1] == "rest_curvature"):
+        elif knot is None or (knot[3] is None) == (knot[1] == "rest_curvature"):
             raise ValueError(
                 f"no parameter {name!r}; choose from {', '.join(PARAMETERS)}, "
                 "stiffness_profile[k], density_profile[k], rest_curvature[k][c] and friction[k]"
             )
         else:
-            knots = len(getattr(properties, found[1]))
-            if int(found[2]) >= knots:
-                raise ValueError(f"{found[1]} of this rod has {knots} entries, got {name!r}")
-            row[:] = _PROFILE_CODES[found[1]] + int(found[3] or 0), int(found[2]), knots
+            knots = len(getattr(properties, knot[1]))
+            if int(knot[2]) >= knots:
+                raise ValueError(f"{knot[1]} of this rod has {knots} entries, got {name!r}")
+            row[:] = _PROFILE_CODES[knot[1]] + int(knot[3] or 0), int(knot[2]), knots
     return rows
 
 
@@ -95,9 +95,9 @@ def with_parameters(properties: RodProperties, values: Mapping[str, float]) -> R
     for column, name in enumerate(("rest_curvature_1", "rest_curvature_2", "rest_twist")):
         profiles["rest_curvature"][:, column] += values.get(name, 0.0)
     for name, value in values.items():
-        found = _KNOT_NAME.fullmatch(name)
-        if found is not None:
-            profiles[found[1]][tuple(int(k) for k in found.groups()[1:] if k is not None)] = value
+        knot = _KNOT_NAME.fullmatch(name)
+        if knot is not None:
+            profiles[knot[1]][tuple(int(k) for k in knot.groups()[1:] if k is not None)] = value
     return replace(
         changed,
         **{name: value for name, value in values.items() if name in _FIELDS},

@@ -112,9 +112,9 @@ def fit_part(
             continue
         moved = _laid_on(first, moves, rest.state.positions[counted], points)
         again = fit.at_rest(moved, rest.state)
-        found = fit.solve(*((first, rest) if again is None else (moved, again)))
-        if best is None or found.error < best.error:
-            best = found
+        solution = fit.solve(*((first, rest) if again is None else (moved, again)))
+        if best is None or solution.error < best.error:
+            best = solution
         if best.error < CLOSE:
             break
     if best is None:
@@ -223,15 +223,15 @@ def _laid_on(
     """
     if not moves[:, :3].all():
         return grips
-    center, wanted = np.mean(nodes, axis=0), np.mean(points, axis=0)
+    center, target = np.mean(nodes, axis=0), np.mean(points, axis=0)
     turn = np.array([1.0, 0.0, 0.0, 0.0])
     if moves[:, 3:].all():
-        a, b = (nodes - center)[:, :2], (points - wanted)[:, :2]
+        a, b = (nodes - center)[:, :2], (points - target)[:, :2]
         angle = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b))
         turn = poses.exponential(np.array([0.0, 0.0, angle]))
     left, right = (
         Pose(
-            wanted + poses.rotate(turn, grip.position - center),
+            target + poses.rotate(turn, grip.position - center),
             poses.multiply(turn, grip.orientation),
         )
         for grip in grips

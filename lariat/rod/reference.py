@@ -158,9 +158,9 @@ def energy(
         ):
             value, gradient, hessian = bend(k, u, q0, q1)
             # Of the bend at a clamp, the rotation of the edge alone is unknown.
-            known = slice(6, 9) if i < left else slice(0, 3) if i - left == n - 2 else slice(0, 9)
+            inner = slice(6, 9) if i < left else slice(0, 3) if i - left == n - 2 else slice(0, 9)
             block = 2 * (i - left) + (3 if i < left else 1)
-            add(block, (value, gradient[known], hessian[known, known]))
+            add(block, (value, gradient[inner], hessian[inner, inner]))
     return total, g, H
 
 

@@ -156,8 +156,8 @@ class Rod:
         """
         buffers = self._prepare(spec)
         launch(buffers, self._threads, self._device)
-        found = read_rollouts(buffers, self.properties.length, spec.obstacles)
-        return found if spec.is_batch else found[0]
+        rollouts = read_rollouts(buffers, self.properties.length, spec.obstacles)
+        return rollouts if spec.is_batch else rollouts[0]
 
     @overload
     def linearize(
@@ -206,8 +206,8 @@ class Rod:
             ),
         )
         launch(buffers, self._threads, self._device)
-        found = read_linearizations(buffers, self.properties.length, spec.obstacles)
-        return found if spec.is_batch else found[0]
+        linearizations = read_linearizations(buffers, self.properties.length, spec.obstacles)
+        return linearizations if spec.is_batch else linearizations[0]
 
     @overload
     def gradient(
@@ -257,10 +257,10 @@ class Rod:
             spec, DerivativeRequest(Derivatives.ADJOINT, parameters, d_cost_d_positions=seed)
         )
         launch(buffers, self._threads, self._device)
-        found = read_gradients(
+        gradients = read_gradients(
             buffers, spec.states, self.properties.length, parameters, spec.obstacles
         )
-        return found if spec.is_batch else found[0]
+        return gradients if spec.is_batch else gradients[0]
 
     def rest(
         self,

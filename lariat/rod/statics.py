@@ -84,16 +84,16 @@ def find_rest(
         start = straight_from_grip(model, left, right)
     else:
         start = _collision_free_start(model, left, right, obstacles)
-    found = _relax(model, settle, start, left, right, obstacles)
-    if not found.stable or not found.converged:
+    equilibrium = _relax(model, settle, start, left, right, obstacles)
+    if not equilibrium.stable or not equilibrium.converged:
         # A symmetric start can end on a saddle point, which a perturbation leaves.
-        perturbed = _perturbed(model, found.state)
+        perturbed = _perturbed(model, equilibrium.state)
         perturbed = replace(perturbed, plastic_curvature=start.plastic_curvature)
-        found = _relax(model, settle, perturbed, left, right, obstacles)
-    if _clearance(model, found.state, obstacles) < -MAX_OVERLAP * model.properties.diameter:
+        equilibrium = _relax(model, settle, perturbed, left, right, obstacles)
+    if _clearance(model, equilibrium.state, obstacles) < -MAX_OVERLAP * model.properties.diameter:
         # Pushed out of the nearest face, a rod can end up pulled tight inside an obstacle.
-        found = replace(found, converged=False)
-    return found
+        equilibrium = replace(equilibrium, converged=False)
+    return equilibrium
 
 
 def _clearance(

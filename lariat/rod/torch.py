@@ -42,13 +42,13 @@ def rollout(
         ValueError: A tensor does not fit the specification, or a parameter is unknown.
     """
     states = spec.states
-    given = {
+    leaves = {
         "actions": (actions, np.asarray(spec.actions, float)),
         "positions": (positions, _like(spec, [s.positions for s in states])),
         "velocities": (velocities, _like(spec, [s.velocities for s in states])),
     }
     tensors = []
-    for name, (tensor, default) in given.items():
+    for name, (tensor, default) in leaves.items():
         if tensor is not None and tuple(tensor.shape) != default.shape:
             raise ValueError(
                 f"{name} must have shape {default.shape}, got {tuple(tensor.shape)}; the "
@@ -106,14 +106,14 @@ class _Rollout(torch.autograd.Function):
         gradients = [np.zeros(t.shape) for t in ctx.saved_tensors]
         for members, one_rod, part in ctx.groups:
             # Roll-out and adjoint are one launch, which saves storing every step's factors.
-            for b, found in zip(
+            for b, gradient in zip(
                 members, one_rod.gradient(part, seed[members], ctx.names), strict=True
             ):
                 at = b if ctx.is_batch else ...
-                gradients[0][at] = found.actions
-                gradients[1][at] = found.state.positions
-                gradients[2][at] = found.state.velocities
-                gradients[3][b] = [found.parameters[name] for name in ctx.names]
+                gradients[0][at] = gradient.actions
+                gradients[1][at] = gradient.state.positions
+                gradients[2][at] = gradient.state.velocities
+                gradients[3][b] = [gradient.parameters[name] for name in ctx.names]
         likes = zip(gradients, ctx.saved_tensors, strict=True)
         return (*(torch.as_tensor(g).to(t) for g, t in likes), None, None, None)
 

@@ -145,12 +145,12 @@ class Extension:
         except (TypeError, ValueError) as error:
             raise ExtensionFault(f"{self}: {call}() answered no array: {error}") from error
         fits = array.ndim == len(shape) and all(
-            wanted in (-1, length) for wanted, length in zip(shape, array.shape, strict=True)
+            expected in (-1, length) for expected, length in zip(shape, array.shape, strict=True)
         )
         if not fits:
-            wanted = tuple("any" if n == -1 else n for n in shape)
+            expected = tuple("any" if n == -1 else n for n in shape)
             raise ExtensionFault(
-                f"{self}: {call}() answered an array of shape {array.shape}, not {wanted}"
+                f"{self}: {call}() answered an array of shape {array.shape}, not {expected}"
             )
         if not np.all(np.isfinite(array)):
             raise ExtensionFault(f"{self}: {call}() answered a number that is not finite")

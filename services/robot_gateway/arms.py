@@ -258,6 +258,6 @@ class Arms:
         for driver, feedback in zip(self.drivers, self.feedback, strict=True):
             driven += driver.moves
             device = driver.moves and np.isfinite(driver.tracking_limit)
-            known = device and feedback.pose is not None
-            rows.append(self._history.error(driven, feedback.pose) if known else (0.0, 0.0))
+            comparable = device and feedback.pose is not None
+            rows.append(self._history.error(driven, feedback.pose) if comparable else (0.0, 0.0))
         return rows

@@ -59,12 +59,12 @@ class FeedbackChecks:
         grips = [f.pose for f in feedback if f.pose is not None]
         if len(grips) < len(feedback):
             return None
-        found = self._follower.paths.broken_by_arms(
+        broken = self._follower.paths.broken_by_arms(
             self._follower.state, grips, [f.joints for f in feedback]
         )
-        if found is None:
+        if broken is None:
             return None
-        rule, excess = found
+        rule, excess = broken
         words = f"the arms break {rule} by {excess:.4f} {EXCESS_UNITS.get(rule, 'm')}"
         return Finding("measured", f"{words}, their commands do not", rule)
 

@@ -58,10 +58,10 @@ def chunk_of(message: Setpoints, sides: Sequence[Side]) -> SetpointChunk:
 
     Lists of lengths that do not match become empty ones, which validation refuses.
     """
-    given = {arm.arm: arm for arm in message.arms}
+    setpoints = {arm.arm: arm for arm in message.arms}
     columns = []
     for side in sides:
-        arm = given.get(side)
+        arm = setpoints.get(side)
         p = np.array(arm.positions if arm else [], dtype=float)
         q = np.array(arm.orientations if arm else [], dtype=float)
         columns.append((p.reshape(-1, 3) if p.size % 3 == 0 else p[:0].reshape(-1, 3), q))

@@ -161,12 +161,12 @@ class RobotGatewayService:
             )
 
     def _take_motions(self, message: SceneMotion) -> None:
-        known = self._motions
+        motions = self._motions
         with self.door.guard(topics.SCENE_MOTION.key):
-            known = self._scene_guard.admit_motions(obstacle_motions(message))
-        if known != self._motions:
-            self._motions, self._moved_at = known, 0
-            if not known:
+            motions = self._scene_guard.admit_motions(obstacle_motions(message))
+        if motions != self._motions:
+            self._motions, self._moved_at = motions, 0
+            if not motions:
                 self.cell.take_scene(self._bodies)
 
     def _take_setpoints(self, arrived: Sequence[Received]) -> None:

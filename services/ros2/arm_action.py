@@ -242,7 +242,7 @@ def _tolerances(messages: Any, names: list[str]) -> dict[str, float]:
     Raises:
         GoalRefused: One is of another joint or of another quantity.
     """
-    found = {}
+    tolerances = {}
     for message in messages:
         if message.name not in names:
             raise GoalRefused(Code.INVALID_JOINTS, f"a tolerance names the joint {message.name!r}")
@@ -250,8 +250,8 @@ def _tolerances(messages: Any, names: list[str]) -> dict[str, float]:
             words = "tolerances of velocity and acceleration are not judged; give those of position"
             raise GoalRefused(Code.INVALID_GOAL, words)
         if message.position > 0.0:
-            found[message.name] = float(message.position)
-    return found
+            tolerances[message.name] = float(message.position)
+    return tolerances
 
 
 def _joints(execution: Execution, state: ArmStates, *fields: str) -> list[np.ndarray]:

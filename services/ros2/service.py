@@ -73,8 +73,8 @@ class Ros2Service:
         node = Node("lariat", namespace, options.domain, options.router, self.door)
         self._node = node
         by_name: dict[str, Publisher] = {}
-        for source, found in self._outputs.items():
-            for output in found:
+        for source, rows in self._outputs.items():
+            for output in rows:
                 name = output.name_for(source.key)
                 if name not in by_name:
                     by_name[name] = node.publisher(name, output.type, output.qos)
@@ -91,9 +91,9 @@ class Ros2Service:
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Publish what is new to ROS 2, and pass on what it asks for."""
-        for source, found in self._outputs.items():
+        for source, rows in self._outputs.items():
             for message in self._new(inbox, source, now):
-                for output in found:
+                for output in rows:
                     self._publish(source, output, message, now)
         if now - self._refreshed >= REFRESH_PERIOD:
             self._refreshed = now

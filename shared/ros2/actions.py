@@ -173,8 +173,8 @@ class ActionServer:
         ]
         for goal in named:
             goal.cancel()
-        known = self._goals.get(id)
-        code = 0 if named or every else (3 if known else 2)
+        goal_of_id = self._goals.get(id)
+        code = 0 if named or every else (3 if goal_of_id else 2)
         response = "action_msgs/srv/CancelGoal_Response"
         request.reply(ros(response, return_code=code, goals_canceling=list(map(_info, named))))
         self.publish_status()

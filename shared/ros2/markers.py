@@ -31,15 +31,15 @@ class Markers:
 
     def converted(self, update: SceneUpdate) -> Any:
         """Return the visualization_msgs/MarkerArray of an update."""
-        found = []
+        markers = []
         for entity in update.entities:
             shapes = list(_shapes(entity))
-            found += [_marker(entity, k, shape) for k, shape in enumerate(shapes)]
-            found += [
+            markers += [_marker(entity, k, shape) for k, shape in enumerate(shapes)]
+            markers += [
                 _marker(entity, k, None) for k in range(len(shapes), self._counts.get(entity.id, 0))
             ]
             self._counts[entity.id] = len(shapes)
-        return ros("visualization_msgs/msg/MarkerArray", markers=found)
+        return ros("visualization_msgs/msg/MarkerArray", markers=markers)
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ def _shapes(entity: SceneEntity) -> Iterator[_Shape]:
         points, colors = tuple(line.points), tuple(line.colors)
         yield _Shape(LINE_STRIP, line.pose, scale, line.color, points, colors)
     bodies = (CUBE, entity.cubes), (SPHERE, entity.spheres), (CYLINDER, entity.cylinders)
-    for kind, found in bodies:
-        for body in found:
+    for kind, primitives in bodies:
+        for body in primitives:
             size = (body.size.x, body.size.y, body.size.z)
             yield _Shape(kind, body.pose, size, body.color)
     for mesh in entity.triangles:

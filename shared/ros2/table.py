@@ -167,13 +167,13 @@ class Table:
         Raises:
             ConfigurationError: Two have.
         """
-        given = [(self.description.name, DESCRIPTION.name)]
-        given += [(row.name, default) for default, row in self.inputs.items()]
+        names = [(self.description.name, DESCRIPTION.name)]
+        names += [(row.name, default) for default, row in self.inputs.items()]
         for before, row in zip(rows, self.outputs, strict=True):
             for source in self.sources(row.source):
-                given.append((row.name_for(source.key), before.name_for(source.key)))
+                names.append((row.name_for(source.key), before.name_for(source.key)))
         owners: dict[str, str] = {}
-        for name, default in given:
+        for name, default in names:
             whole = name if name.startswith("/") else f"{self.settings.namespace}/{name}"
             if owners.setdefault(whole, default) != default:
                 raise ConfigurationError(

@@ -112,9 +112,9 @@ class MaterialFilter:
     @property
     def scalars(self) -> Mapping[str, ParameterEstimate]:
         """Estimates of the parameters that have one value."""
-        found = {p.name: self._estimates(p)[0] for p in PUBLISHED if p.values is Values.SCALAR}
+        estimates = {p.name: self._estimates(p)[0] for p in PUBLISHED if p.values is Values.SCALAR}
         # A rope that springs back has no yield curvature.
-        return {name: of for name, of in found.items() if math.isfinite(of.value)}
+        return {name: of for name, of in estimates.items() if math.isfinite(of.value)}
 
     @property
     def profiles(self) -> Mapping[str, Sequence[ParameterEstimate]]:

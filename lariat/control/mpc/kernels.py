@@ -54,8 +54,8 @@ def bound_velocities(
         for row in range(count):
             last = vector(initial, row)
             for k in range(velocities.shape[0] // count):
-                wanted = clipped(vector(velocities, k * count + row), bounds[row % 2, 0])
-                last += clipped(wanted - last, bounds[row % 2, 1] * dt)
+                target = clipped(vector(velocities, k * count + row), bounds[row % 2, 0])
+                last += clipped(target - last, bounds[row % 2, 1] * dt)
                 write(bounded, k * count + row, last)
 
 
@@ -64,7 +64,7 @@ def track_velocities(
     displacement: rows_f64,
     velocity: rows_f64,
     acceleration: rows_f64,
-    wanted: rows_f64,
+    targets: rows_f64,
     bounds: rows_f64,
     motion: rows_f64,
     gain: ti.f64,
@@ -85,14 +85,14 @@ def track_velocities(
     ti.loop_config(serialize=True)
     for _ in range(1):
         count = velocity.shape[0]
-        size = wanted.shape[0] - count
+        size = targets.shape[0] - count
         for row in range(count):
             speed, most, jerk = bounds[row % 2, 0], bounds[row % 2, 1], bounds[row % 2, 2]
             p, v, a = vector(displacement, row), vector(velocity, row), vector(acceleration, row)
-            aim = vector(wanted, row)
+            aim = vector(targets, row)
             for k in range(size // count):
                 at = k * count + row
-                then = vector(wanted, at + count)
+                then = vector(targets, at + count)
                 error = clipped(aim, speed) - v
                 rate = ti.min(gain / dt, ti.sqrt(jerk / ti.max(error.norm(), MIN_NORM)))
                 target = clipped((then - aim) / dt + rate * error, most)

@@ -87,17 +87,17 @@ def center_between_flanks(
     sigma = max(FLANK_SIGMA_WIDTHS * width, MIN_FLANK_SIGMA)
     sides = [_flank(slope[:, ::sign], inside[:, ::sign], offsets, sigma) for sign in (-1, 1)]
     (left, left_slope), (right, right_slope) = sides
-    found = clear & np.isfinite(left + right)
-    if np.count_nonzero(found) < least:
+    measurable = clear & np.isfinite(left + right)
+    if np.count_nonzero(measurable) < least:
         return pixels, width
-    measured = float(np.percentile((left + right)[found], WIDTH_PERCENTILE)) - WIDTH_EXCESS
+    measured = float(np.percentile((left + right)[measurable], WIDTH_PERCENTILE)) - WIDTH_EXCESS
     if measured < MIN_MEASURED_SHARE * width and not with_shadow:
         return pixels, FOREGROUND_SHARE * width
     # Where one flank has no contrast, the other and the width tell the axis.
     share = left_slope**SLOPE_EXPONENT
     share = share / np.maximum(share + right_slope**SLOPE_EXPONENT, 1e-9)
     shift = share * (measured / 2.0 - left) + (1.0 - share) * (right - measured / 2.0)
-    at = np.flatnonzero(found)
+    at = np.flatnonzero(measurable)
     shift = np.interp(np.arange(len(clear)), at, shift[at])
     span = min(len(shift), 2 * (round(SHIFT_WINDOW_WIDTHS * width) // 2) + 1)
     shift = uniform_filter1d(median_filter(shift, span, mode="nearest"), span // 2 + 1)

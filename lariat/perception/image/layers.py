@@ -92,8 +92,8 @@ def layer_ropes(
                 evidence = _evidence(ropes, near, lab[around], part, centers[k], (i, j))
                 upper, lower = (i, j) if evidence >= 0.0 else (j, i)
                 labels[around][part] = upper + 1
-                known = abs(evidence) >= MIN_EVIDENCE
-                crossings.append(Crossing((column, row), (upper, lower), known))
+                decided = abs(evidence) >= MIN_EVIDENCE
+                crossings.append(Crossing((column, row), (upper, lower), decided))
     return labels, crossings
 
 

@@ -80,13 +80,15 @@ def _all_pairings(
     if not ends:
         return [(0.0, ())]
     first, rest = ends[0], ends[1:]
-    found = [(FREE_END_COST + c, p) for c, p in _all_pairings(rest, costs)]
+    pairings = [(FREE_END_COST + c, p) for c, p in _all_pairings(rest, costs)]
     for partner in rest:
         pair = costs.get((first, partner))
         if pair is not None:
             others = [e for e in rest if e != partner]
-            found += [(pair + c, ((first, partner), *p)) for c, p in _all_pairings(others, costs)]
-    return found
+            pairings += [
+                (pair + c, ((first, partner), *p)) for c, p in _all_pairings(others, costs)
+            ]
+    return pairings
 
 
 def _greedy(

@@ -85,9 +85,9 @@ def axis_points(
         radius: Distance of the axis behind the surface [m].
         half_window: Half the window over which depths are averaged [points].
     """
-    known = np.isfinite(ridge.depth)
-    index = np.arange(len(known))
-    depth = np.interp(index, index[known], ridge.depth[known])
+    measured = np.isfinite(ridge.depth)
+    index = np.arange(len(measured))
+    depth = np.interp(index, index[measured], ridge.depth[measured])
     half = min(half_window, (len(depth) - 1) // 2)
     padded = np.pad(depth, half, mode="edge")
     depth = np.convolve(padded, np.full(2 * half + 1, 1.0 / (2 * half + 1)), "valid")

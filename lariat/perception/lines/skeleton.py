@@ -66,8 +66,8 @@ def trace_strands(mask: UInt8[np.ndarray, "h w"], width: float) -> list[Strand]:
     branches = trace_branches(skeletonize(mask.view(bool)))
     branches = _remove_spurs(branches, MAX_SPUR_WIDTHS * width)
     chains = _pair_branches(branches, width)
-    found = [_strand(chain, width) for chain in chains]
-    long = [s for s in found if len(s.pixels) >= MIN_STRAND_PIXELS]
+    strands = [_strand(chain, width) for chain in chains]
+    long = [s for s in strands if len(s.pixels) >= MIN_STRAND_PIXELS]
     return sorted(long, key=lambda s: -len(s.pixels))
 
 
@@ -141,9 +141,9 @@ def _neighbours(
     for diagonal, one, two in STAIRCASES:
         near[:, diagonal] &= ~(near[:, one] | near[:, two])
     pixel, offset = np.nonzero(near)
-    found = np.searchsorted(at, at[pixel] + steps[offset]).tolist()
+    positions = np.searchsorted(at, at[pixel] + steps[offset]).tolist()
     ends = np.cumsum(np.count_nonzero(near, axis=1)).tolist()
-    return at, width, [found[a:b] for a, b in zip([0, *ends[:-1]], ends, strict=True)]
+    return at, width, [positions[a:b] for a, b in zip([0, *ends[:-1]], ends, strict=True)]
 
 
 def _clusters(crossing: set[int], at: Int64[np.ndarray, "k"], width: int) -> dict[int, int]:

@@ -224,11 +224,11 @@ def _write_columns(
     """Write directions of slips or sets into the last of some groups of columns."""
     if along is None:
         return
-    wanted = -(-len(along) // GROUP_COLUMNS)
-    rows = np.zeros((wanted * GROUP_COLUMNS, along[0].size // 3, 3))
+    group_count = -(-len(along) // GROUP_COLUMNS)
+    rows = np.zeros((group_count * GROUP_COLUMNS, along[0].size // 3, 3))
     rows[: len(along)] = along.reshape(len(along), -1, 3)
-    rows = rows.reshape(wanted, GROUP_COLUMNS, -1, 3).transpose(0, 2, 3, 1)
-    columns.reshape(groups, -1, 3, GROUP_COLUMNS)[-wanted:] = rows
+    rows = rows.reshape(group_count, GROUP_COLUMNS, -1, 3).transpose(0, 2, 3, 1)
+    columns.reshape(groups, -1, 3, GROUP_COLUMNS)[-group_count:] = rows
 
 
 def _write_sets(
@@ -276,15 +276,15 @@ def _action_place(buffers: LaunchBuffers[Sizes]) -> Float64[np.ndarray, "B K 2 6
 def _start_places(buffers: LaunchBuffers[Sizes]) -> list[StartPlace]:
     n, nodes, (left, right) = buffers.sizes.nodes, buffers.sizes.rod_nodes, buffers.sizes.clamps
     new, old = HISTORY_SLOTS, HISTORY_SLOTS - 1
-    found = []
+    places = []
     for positions, orientations in zip(
         buffers.section(Section.POSITIONS), buffers.section(Section.ORIENTATIONS), strict=True
     ):
         x = positions[3 * n * (old - 1) : 3 * n * new].reshape(2, n, 3)
         q = orientations[4 * (n - 1) * (old - 1) : 4 * (n - 1) * new].reshape(2, n - 1, 4)
         grips = [(x[:, 0], x[:, 1])] * left + [(x[:, -1], x[:, -2])] * right
-        found.append(StartPlace(x[0, nodes], x[1, nodes], q[0, :, :3], q[1], grips))
-    return found
+        places.append(StartPlace(x[0, nodes], x[1, nodes], q[0, :, :3], q[1], grips))
+    return places
 
 
 def _write_derivative_inputs(

@@ -111,15 +111,15 @@ def read_linearizations(
     sizes = buffers.sizes
     driven = GROUP_COLUMNS * sizes.action_groups
     directions = driven + GROUP_COLUMNS * sizes.parameter_groups
-    found = []
+    linearizations = []
     for b, rollout in enumerate(read_rollouts(buffers, length, bodies)):
         out = buffers.section(Section.SENSITIVITIES_OUT)[b]
         out = out.reshape(sizes.horizon, sizes.nodes, 3, -1)[:, sizes.rod_nodes]
         actions = out[..., :driven].reshape(*out.shape[:3], sizes.action_groups, 2, 6).copy()
         parameters = out[..., driven : driven + sizes.parameters].copy()
         along = out[..., directions : directions + sizes.state_directions].copy()
-        found.append(Linearization(rollout, actions, parameters, along))
-    return found
+        linearizations.append(Linearization(rollout, actions, parameters, along))
+    return linearizations
 
 
 def read_gradients(

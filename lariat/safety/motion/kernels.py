@@ -205,7 +205,7 @@ def advance_command(
     state: rows_f64,
     now: rows_f64,
     then: rows_f64,
-    wanted: rows_f64,
+    target: rows_f64,
     jerks: rows_f64,
     durations: rows_f64,
     path: rows_f64,
@@ -256,12 +256,12 @@ def advance_command(
                 moved = twist * h + (old / 3.0 + a / 6.0) * h * h
                 v = twist + (old + a) * (h / 2.0)
                 if ti.static(part == 0):
-                    write(wanted, g, 0, vector(state, g, 0) + moved)
+                    write(target, g, 0, vector(state, g, 0) + moved)
                 else:
                     q = product(exponential(moved), quaternion(state, g, 3))
-                    write(wanted, g, 3, q / q.norm())
-                write(wanted, g, TWIST + 3 * part, v)
-                write(wanted, g, ACCELERATION + 3 * part, a)
+                    write(target, g, 3, q / q.norm())
+                write(target, g, TWIST + 3 * part, v)
+                write(target, g, ACCELERATION + 3 * part, a)
                 # The stop removes the acceleration, then the speed.
                 size = a.norm()
                 peak = v + a * (size / jerk) / 2.0
@@ -294,8 +294,8 @@ def advance_command(
                 time = m * (duration / (poses - 1)) if m < poses - 1 else duration
                 for part in ti.static(range(2)):
                     moved = ti.Vector([0.0, 0.0, 0.0], dt=ti.f64)
-                    v = vector(wanted, g, TWIST + 3 * part)
-                    a = vector(wanted, g, ACCELERATION + 3 * part)
+                    v = vector(target, g, TWIST + 3 * part)
+                    a = vector(target, g, ACCELERATION + 3 * part)
                     left = time
                     for phase in range(4):
                         row = 2 * count * phase + 2 * g + part
@@ -307,8 +307,8 @@ def advance_command(
                         a += tau * j
                     row = (m + 1) * count + g
                     if ti.static(part == 0):
-                        write(path, row, 0, vector(wanted, g, 0) + moved)
+                        write(path, row, 0, vector(target, g, 0) + moved)
                     else:
-                        write(path, row, 3, product(exponential(moved), quaternion(wanted, g, 3)))
+                        write(path, row, 3, product(exponential(moved), quaternion(target, g, 3)))
         results[0] = ti.cast(poses, ti.f64)
         results[1] = too_fast

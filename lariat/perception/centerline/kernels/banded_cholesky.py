@@ -13,20 +13,20 @@ def factorize(band: ti.template(), rhs: ti.template()):
     """Factorize in place, and overwrite the right-hand side with the solution of L y = rhs."""
     for i in range(MARGIN, band.shape[0] - MARGIN):
         row = band[i]
-        known = rhs[i]
+        residual = rhs[i]
         for k in ti.static(range(BANDWIDTH - 1)):
             column = ti.static(BANDWIDTH - 1 - k)
             total = row[0, column]
             for q in ti.static(range(column + 1, BANDWIDTH)):
                 total -= row[0, q] * band[i - column][0, q - column]
             row[0, column] = total * band[i - column][0, 0]
-            known -= row[0, column] * rhs[i - column]
+            residual -= row[0, column] * rhs[i - column]
         total = row[0, 0]
         for q in ti.static(range(1, BANDWIDTH)):
             total -= row[0, q] * row[0, q]
         row[0, 0] = 1.0 / ti.sqrt(ti.max(total, 1e-12))
         band[i] = row
-        rhs[i] = known * row[0, 0]
+        rhs[i] = residual * row[0, 0]
 
 
 @ti.func

@@ -78,7 +78,7 @@ def well_formed() -> dict[str, bytes]:
     for kind, content in ((SHAPE_ROPE, rope), (FOLLOW_TRAJECTORY, follow)):
         messages.append(ros(f"{kind}_SendGoal_Request", goal_id=uuid(1), goal=content))
         messages.append(ros(f"{kind}_GetResult_Request", goal_id=uuid(1)))
-    return {message.__msgtype__: encoded(message) for message in messages}
+    return {message.__msgtype__: bytes(encoded(message)) for message in messages}
 
 
 VALID = well_formed()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 
@@ -38,6 +39,7 @@ def path_inside(folder: Path, name: str) -> Path:
     """
     path = folder / name
     outside = Path(name).is_absolute() or ".." in Path(name).parts or "\0" in name
-    if outside or not path.resolve().is_relative_to(folder.resolve()):
+    # realpath, unlike resolve, takes links that lead in a circle: whoever opens them is refused.
+    if outside or not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
         raise ValueError(f"{name!r} lies outside of {folder}; place the file in that folder")
     return path

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import shutil
+from os.path import realpath
 from pathlib import Path
 
 from lariat.configuration import ConfigurationError
@@ -45,7 +46,8 @@ class ScenarioLibrary:
         saved = {p.name: p / f"{p.name}.toml" for p in sorted(self._folder.glob("*"))}
         shipped = {p.stem: p for p in sorted(SHIPPED_FOLDER.glob("*.toml"))}
         self._paths = {**saved, **shipped}
-        if self._first.resolve() not in {p.resolve() for p in self._paths.values()}:
+        # realpath, unlike resolve, takes links that lead in a circle.
+        if realpath(self._first) not in map(realpath, self._paths.values()):
             self._paths[str(self._first)] = self._first
         entries = []
         for name, path in self._paths.items():
@@ -75,8 +77,8 @@ class ScenarioLibrary:
 
     def name_of(self, path: Path) -> str:
         """Return the name of a scenario's file; empty for one that is not listed."""
-        names = {p.resolve(): name for name, p in self._paths.items()}
-        return names.get(path.resolve(), "")
+        names = {realpath(p): name for name, p in self._paths.items()}
+        return names.get(realpath(path), "")
 
     def save(self, scenario: Scenario, name: str) -> None:
         """Save a scenario; one that was saved under this name before is replaced.
@@ -124,7 +126,7 @@ def write(scenario: Scenario, folder: Path, name: str) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     for name_of_file in scenario.shape_files:
         source, target = path_inside(scenario.folder, name_of_file), folder / name_of_file
-        if source.resolve() != target.resolve():
+        if realpath(source) != realpath(target):
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(source, target)
     robots = {

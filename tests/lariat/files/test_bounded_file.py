@@ -30,6 +30,15 @@ def test_missing_file_is_an_error_of_the_system(tmp_path: Path) -> None:
         read_file(tmp_path / "a", 5)
 
 
+def test_links_in_a_circle_are_an_error_of_the_system(tmp_path: Path) -> None:
+    (tmp_path / "a").symlink_to("b")
+    (tmp_path / "b").symlink_to("a")
+    with pytest.raises(OSError, match="symbolic links"):
+        path_inside(tmp_path, "a").stat()
+    with pytest.raises(OSError, match="symbolic links"):
+        read_file(tmp_path / "a", 5)
+
+
 def test_name_leads_to_a_file_of_the_folder_only(tmp_path: Path) -> None:
     folder = tmp_path / "cell"
     folder.mkdir()

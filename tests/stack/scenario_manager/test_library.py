@@ -71,6 +71,14 @@ def test_only_saved_scenarios_are_deleted(tmp_path: Path, name: str) -> None:
         library(tmp_path).delete(name)
 
 
+def test_links_in_a_circle_are_left_out(tmp_path: Path) -> None:
+    (tmp_path / "saved/round").mkdir(parents=True)
+    (tmp_path / "saved/round/round.toml").symlink_to("round.toml")
+    scenarios = library(tmp_path)
+    assert not [entry for entry in scenarios.entries if entry.own]
+    assert scenarios.name_of(find("rope")) == "rope"
+
+
 def test_file_that_is_no_scenario_is_left_out(tmp_path: Path) -> None:
     (tmp_path / "saved" / "broken").mkdir(parents=True)
     (tmp_path / "saved" / "broken" / "broken.toml").write_text("[rope")

@@ -192,6 +192,14 @@ def test_run_that_another_process_keeps_is_listed(tmp_path: Path) -> None:
     assert len(request.time) == 2
 
 
+def test_run_whose_recording_is_a_link_in_a_circle_is_listed(tmp_path: Path) -> None:
+    id = Recorder(tmp_path).run("run-1", 0.0)
+    (tmp_path / "run-1.mcap").unlink()
+    (tmp_path / "run-1.mcap").symlink_to("run-1.mcap")
+    (run,) = Recorder(tmp_path).listed().runs
+    assert (run.id, run.bytes) == (id, 0)
+
+
 def test_file_that_nests_without_end_is_left_out(tmp_path: Path) -> None:
     (tmp_path / "runs").mkdir()
     (tmp_path / "runs" / "evil.json").write_text('{"a":' + "[" * 200_000)

@@ -73,6 +73,7 @@ class TaskState(_message.Message):
         METHOD_FAULT: _ClassVar[TaskState.Reason]
         SLIPPED: _ClassVar[TaskState.Reason]
         NEXT_GOAL: _ClassVar[TaskState.Reason]
+        PULLED: _ClassVar[TaskState.Reason]
     UNSPECIFIED: TaskState.Reason
     WAITING_FOR_START: TaskState.Reason
     STARTED: TaskState.Reason
@@ -92,6 +93,7 @@ class TaskState(_message.Message):
     METHOD_FAULT: TaskState.Reason
     SLIPPED: TaskState.Reason
     NEXT_GOAL: TaskState.Reason
+    PULLED: TaskState.Reason
     class SettingsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]

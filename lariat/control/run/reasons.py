@@ -23,6 +23,7 @@ class ReasonCode(Enum):
     SNAG_STAYS_BEHIND = auto()
     SNAG_TAUT = auto()
     SLIPPED = auto()
+    PULLED = auto()
     STALLED = auto()
     PATH_ENDS_SHORT = auto()
     NO_PATH = auto()
@@ -68,6 +69,10 @@ TEXTS: Mapping[ReasonCode, str] = {
     ReasonCode.SLIPPED: (
         "the rope has slipped out of the {side} grip, its end is {distance_mm:.0f} mm away; grip "
         "it again, then start again"
+    ),
+    ReasonCode.PULLED: (
+        "the rope is pulled with {tension_n:.2f} N (limits.tension = {limit_n:g} N); slacken it, "
+        "then start again"
     ),
     ReasonCode.STALLED: (
         "stalled {error_mm:.1f} mm from the goal on average, {paths} new paths did not help"

@@ -6,6 +6,7 @@ import logging
 import math
 
 import numpy as np
+from jaxtyping import Float64
 
 from lariat.control.estimation.rope_tracker import RopeTracker
 from lariat.control.mpc.collision_scene import CollisionScene
@@ -17,6 +18,7 @@ from lariat.control.supervision.clearance_guard import ClearanceGuard, Threat
 from lariat.control.supervision.path_choice import PathChoice
 from lariat.control.supervision.progress import ProgressMonitor
 from lariat.control.supervision.replanning import MAX_REPLANS, Cause, Replanning
+from lariat.rod.strains import tensions
 
 log = logging.getLogger(__name__)
 
@@ -77,11 +79,14 @@ class PathWatch:
     def must_stop(self, command: Command) -> bool:
         """Whether to stop instead of a command, for another path or because there is none.
 
-        The rope has turned out to be another one, moves otherwise than predicted, or is about to
-        touch an obstacle.
+        The rope is pulled too much, has turned out to be another one, moves otherwise than
+        predicted, or is about to touch an obstacle.
         """
         if self._task.state is not RunState.RUNNING:
             return False
+        limited = self._controller.limits.tension is not None
+        if limited and self.pulled(self._rope.estimator.state.positions):
+            return True
         deviation = self._rope.predictions.deviation
         if not self._controller.at_end and (self._paths.outdated() or self.unforeseen(deviation)):
             return True
@@ -99,6 +104,22 @@ class PathWatch:
         ahead = self._controller.remaining_nodes[::CLEARANCE_STRIDE]
         clearance = self._progress.clearance_along(ahead, obstacle)
         log.info("%s", self.threatened(threat, clearance))
+        return True
+
+    def pulled(self, nodes: Float64[np.ndarray, "n 3"]) -> bool:
+        """Give up where the model's rope is pulled more than the limit, and return whether it is.
+
+        Args:
+            nodes: Nodes of the model's rope [m].
+        """
+        limit = self._controller.limits.tension
+        if limit is None:
+            return False
+        tension = float(np.max(tensions(nodes, self._rope.estimator.rod.properties)))
+        if tension <= limit:
+            return False
+        detail = {"tension_n": tension, "limit_n": limit}
+        self._task.apply(RunEvent.GIVE_UP, ReasonCode.PULLED, **detail)
         return True
 
     def unforeseen(self, deviation: float) -> bool:

@@ -13,6 +13,7 @@ from lariat.control.run.state_machine import RunState
 from lariat.control.supervision.clearance_guard import Threat
 from lariat.control.supervision.path_watch import PathWatch
 from lariat.geometry.obstacles import TABLE
+from lariat.rod import RodProperties
 from tests.lariat.control.supervision.started_run import Run, path
 
 
@@ -56,3 +57,26 @@ def test_obstacle_in_the_rest_of_the_path_needs_another_one(run: Run) -> None:
     assert run.task.replan_count == before
     watch_of(run, 0.1, *[0.3] * 4, radius + 0.004).review_scene()
     assert run.task.replan_count == before + 1
+
+
+@pytest.mark.parametrize(
+    ("limit", "pulled"), [(None, False), (2.1, False), (1.9, True)], ids=["none", "below", "above"]
+)
+def test_a_rope_that_is_pulled_more_than_the_limit_ends_the_run(
+    run: Run, limit: float | None, pulled: bool
+) -> None:
+    watch: Any = watch_of(run)
+    properties = RodProperties(0.4, 0.008, 0.044, 1e6, stretch_stiffness=2000.0)
+    watch._rope = SimpleNamespace(
+        estimator=SimpleNamespace(rod=SimpleNamespace(properties=properties))
+    )
+    watch._controller.limits = SimpleNamespace(tension=limit)
+    # One of its edges of 0.1 m is 0.1 mm too long: 2 N.
+    nodes = np.zeros((5, 3))
+    nodes[:, 0] = [0.0, 0.1, 0.2001, 0.3, 0.4]
+    nodes[3:, 0] += 0.0001
+    assert watch.pulled(nodes) is pulled
+    assert (run.task.state is RunState.FAILED) is pulled
+    if pulled:
+        assert run.task.reason.code is ReasonCode.PULLED
+        assert "2.00 N" in str(run.task.reason)

@@ -179,6 +179,8 @@ def _solid(
     with refusing(f"cannot use depth image {file}"):
         depth = depth_file.read_depth(file, scale)
         camera = Camera(pinhole(depth.shape[1], depth.shape[0]), place)
+        if camera.intrinsics.doubt:
+            print(f"lariat: {file}: {camera.intrinsics.doubt}", file=sys.stderr)
         return DepthSolid(depth, camera, extent)
 
 

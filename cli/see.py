@@ -43,12 +43,17 @@ MAX_INTRINSICS_SIZE = 2**16
 """Largest file of a camera's intrinsics [bytes]."""
 MILLIMETRE = 1e-3
 """Unit of a depth image, unless the rope's length tells another [m]."""
-OTHER_UNITS = (1e-4, 2.5e-4, 2e-4, 1e-5, 1e-2)
-"""Units of other depth images: RealSense D405 and L515, TUM's data sets, and rarer ones [m]."""
+OTHER_UNITS = (1e-4, 2.5e-4, 2e-4, 1.25e-4, 1e-5, 1e-2)
+"""Units of other depth images: RealSense D405, L515 and SR300, TUM's data sets, rarer ones [m]."""
 UNIT_TOLERANCE = 0.12
 """Difference of the rope's length from the told one up to which another unit is taken [-]."""
+MAX_LENGTH, MAX_DIAMETER = 100.0, 0.5
+"""Length and diameter from which on others than metres are told [m]."""
 LENGTH_TOLERANCE = 0.25
 """Difference from the told length above which the nodes are no answer [-]."""
+WIDTH_RATIO, MIN_WIDTH = 1.7, 4.0
+"""Ratio of the seen and the told diameter above which a note warns [-], of ropes of so many
+pixels."""
 WHITE_PERCENTILE = 99.5
 """Percentile of an image of more than eight bits that becomes white [%]."""
 SUBPIXEL_BITS = 4
@@ -106,9 +111,17 @@ def main(
     from lariat.perception.image.p_wrong import DOUBTFUL
 
     threshold = DOUBTFUL if doubtful is None else doubtful
-    for option, number in (("doubtful", doubtful), ("depth-scale", depth_scale)):
-        if number is not None and not 0.0 < number < 1.0:
-            raise ConfigurationError(f"--{option} is {number:g}; give a number between 0 and 1")
+    for option, number, most in (
+        ("doubtful", doubtful, 1.0),
+        ("depth-scale", depth_scale, 1.0),
+        ("length", length, MAX_LENGTH),
+        ("diameter", diameter, MAX_DIAMETER),
+    ):
+        if number is not None and not 0.0 < number < most:
+            unit = " of metres" if most != 1.0 else ""
+            raise ConfigurationError(
+                f"--{option} is {number:g}; give a number between 0 and {most:g}{unit}"
+            )
     picture = _read_image(image)
     ranges = intrinsics = rope = None
     if depth is not None:
@@ -136,8 +149,8 @@ def main(
                 _draw(drawn, line.pixels, LINE_COLORS[k % len(LINE_COLORS)], thick)
     elif detection.ropes:
         view = Camera(intrinsics, Pose(np.zeros(3), poses.IDENTITY))
-        estimate, note = _nodes(detection, view, ranges, rope, depth_scale)
-        notes += [note] if note else []
+        estimate, more = _nodes(detection, view, ranges, rope, depth_scale)
+        notes += [note for note in (intrinsics.doubt, *more) if note]
         answer |= _node_answer(estimate)
         if not estimate.lost:
             _draw_nodes(drawn, view.project(estimate.positions)[0], estimate)
@@ -159,22 +172,31 @@ def _nodes(
     ranges: UInt16[np.ndarray, "h w"],
     rope: RopeDimensions,
     scale: float | None,
-) -> tuple[CenterlineEstimate, str]:
-    """Nodes of the longest rope, and a note on the unit of the depth image; empty for none."""
+) -> tuple[CenterlineEstimate, list[str]]:
+    """Nodes of the longest rope, and notes on the unit of the depth image and the diameter."""
     from lariat.perception.centerline.estimate import CenterlineEstimate
     from lariat.perception.centerline.estimator import CenterlineEstimator
     from lariat.perception.centerline.settings import CenterlineSettings
 
-    note, unit = "", scale or MILLIMETRE
+    notes, unit = [], scale or MILLIMETRE
     along = _length_in_units(detection, view, ranges)
     if scale is None and not _agrees(along * unit, rope.length, LENGTH_TOLERANCE):
         fitting = [u for u in OTHER_UNITS if _agrees(along * u, rope.length, UNIT_TOLERANCE)]
         if len(fitting) == 1:
             unit = fitting[0]
-            note = (
+            notes.append(
                 f"in millimetres the rope would be {1e-3 * along:.2f} m long: the depth image is "
                 f"read in units of {1e3 * unit:g} mm; --depth-scale gives another"
             )
+    seen_width = detection.ropes[0].width
+    length_in_pixels = polylines.length(detection.ropes[0].lines[0].pixels)
+    width = seen_width * along * unit / max(length_in_pixels, 1.0)
+    ratio = max(width, 1e-9) / (2.0 * rope.radius)
+    if along and seen_width > MIN_WIDTH and not 1.0 / WIDTH_RATIO < ratio < WIDTH_RATIO:
+        notes.append(
+            f"the rope is {1e3 * width:.2g} mm wide, not {2e3 * rope.radius:g} mm; check "
+            "--diameter, --depth-scale and --camera"
+        )
     # The rope's pixels are known already: pass their likeness as brightness.
     own = cv2.dilate((detection.labels == 1).view(np.uint8), np.ones((5, 5), np.uint8))
     likeness = cv2.cvtColor(detection.likeness * own, cv2.COLOR_GRAY2RGB)
@@ -183,7 +205,7 @@ def _nodes(
     estimator = CenterlineEstimator(view, rope, CenterlineSettings())
     estimate = estimator.estimate(np.asarray(likeness, np.uint8), depth)
     if estimate.lost:
-        return estimate, note
+        return estimate, notes
     # A rope that is hidden in part is seen shorter than it is, never longer.
     seen, own_length = along * unit, polylines.length(estimate.positions)
     longer = max(seen, own_length)
@@ -191,13 +213,13 @@ def _nodes(
         return CenterlineEstimate.failed(
             f"the depth image shows {longer:.2f} m of a rope of {rope.length:g} m; check "
             f"--depth-scale ({unit:g} m a unit here), --length and --camera"
-        ), note
+        ), notes
     if own_length < (1.0 - LENGTH_TOLERANCE) * rope.length:
         return CenterlineEstimate.failed(
             f"the nodes are {own_length:.2f} m long, not {rope.length:g} m; check --depth-scale "
             f"({unit:g} m a unit here), --length and --camera"
-        ), note
-    return estimate, note
+        ), notes
+    return estimate, notes
 
 
 def _length_in_units(

@@ -21,6 +21,12 @@ Picture = UInt8[np.ndarray, "h w 3"] | UInt8[np.ndarray, "h w"]
 """Red, green, blue; or the brightness, where nothing else is needed."""
 
 
+MAX_OFF_CENTER = 0.1
+"""Distance of the principal point from the middle, in widths or heights, that is plausible [-]."""
+MIN_VIEW, MAX_VIEW = math.radians(5.0), math.radians(130.0)
+"""Plausible fields of view without distortion [rad]."""
+
+
 @dataclass(frozen=True)
 class Intrinsics:
     """Intrinsic parameters of a pinhole camera without lens distortion.
@@ -54,6 +60,25 @@ class Intrinsics:
                 f"focal lengths must be positive and finite, got (fx, fy, cx, cy) = {numbers}; "
                 "calibrate the camera or use Intrinsics.symmetric"
             )
+
+    @property
+    def doubt(self) -> str:
+        """Sign that they are of another picture, in words; empty without one."""
+        size, center, focal = (self.width, self.height), (self.cx, self.cy), (self.fx, self.fy)
+        if any(abs(c / n - 0.5) > MAX_OFF_CENTER for c, n in zip(center, size, strict=True)):
+            return (
+                f"the principal point ({self.cx:g}, {self.cy:g}) is far from the middle of the "
+                f"{self.width} x {self.height} picture, as in one of about {2 * self.cx:.0f} x "
+                f"{2 * self.cy:.0f}; give the intrinsics of this size"
+            )
+        views = [2.0 * math.atan(n / (2.0 * f)) for n, f in zip(size, focal, strict=True)]
+        if max(views) > MAX_VIEW or min(views) < MIN_VIEW:
+            wide, high = (math.degrees(view) for view in views)
+            return (
+                f"the focal lengths ({self.fx:g}, {self.fy:g}) show {wide:.3g} x {high:.3g} "
+                "degrees; give them in pixels of this picture"
+            )
+        return ""
 
     @staticmethod
     def symmetric(width: int, height: int, horizontal_view: float) -> Intrinsics:

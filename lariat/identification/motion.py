@@ -26,6 +26,8 @@ MIN_FRAMES = 10
 """Smallest number of frames of a sequence."""
 MIN_SAG = 0.02
 """Mean distance from the line between the held vertices that tells gravity, by the length [-]."""
+MIN_SHARE_OF_Z = 0.8
+"""Share of z in this distance below which z does not seem to point up [-]."""
 AXES = ("x", "y", "z")
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
 """Axis of a file that points up."""
@@ -125,15 +127,21 @@ def doubts(motion: Motion) -> tuple[str, ...]:
     v = motion.vertices
     length = float(np.median(np.linalg.norm(np.diff(v, axis=2), axis=3).sum(axis=2)))
     if length > USUAL_ROPE_LENGTH:
-        lines.append(f"the rope is {length:.4g} m long; if vertices are in mm, give --scale 0.001")
+        lines.append(
+            f"the rope is {length:.4g} m long; if vertices are in other units, give --scale: 0.001 "
+            "for mm, 0.01 for cm, 0.0254 for inches"
+        )
     sag = _sag(motion)
     k = int(np.argmax(np.abs(sag)))
     size = float(np.linalg.norm(sag))
-    if size > MIN_SAG * length and abs(sag[k]) > 0.9 * size and (k != 2 or sag[2] > 0.0):
+    if size > MIN_SAG * length and -sag[2] < MIN_SHARE_OF_Z * size:
         down, up = ("", "-") if sag[k] > 0.0 else ("-", "")
+        along = abs(sag[k]) > 0.9 * size
+        towards = f"{down}{AXES[k]}" if along else np.array2string(sag / size, precision=2)
+        remedy = f"give --up {up}{AXES[k]}" if along else "turn the vertices"
         lines.append(
-            f"the rope hangs towards {down}{AXES[k]}, by {1e3 * size:.0f} mm on average, and z is "
-            f"taken for up; give --up {up}{AXES[k]}"
+            f"the rope hangs towards {towards}, by {1e3 * size:.0f} mm on average, and z is taken "
+            f"for up; {remedy}"
         )
     return tuple(lines)
 

@@ -115,6 +115,38 @@ def test_depth_and_camera_of_another_size_are_refused(
     assert "align" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("factor", "key", "told"),
+    [(1.5, "", "principal"), (2.0, "", "principal"), (0.5, "", "principal"), (0.1, "f", "degrees")],
+)
+def test_intrinsics_of_another_picture_are_said(
+    factor: float, key: str, told: str, folder: Path, capsys: pytest.CaptureFixture
+) -> None:
+    known = json.loads((folder / "k.json").read_text())
+    scaled = {k: v * factor if k.startswith(key) else v for k, v in known.items()}
+    (folder / "k.json").write_text(json.dumps(scaled))
+    main(with_depth(folder))
+    assert any(told in note for note in json.loads(capsys.readouterr().out)["notes"])
+
+
+def test_a_diameter_that_the_picture_contradicts_is_said(
+    folder: Path, capsys: pytest.CaptureFixture
+) -> None:
+    notes = []
+    for diameter in ("0.008", "0.004", "0.016"):
+        main(with_depth(folder, "--diameter", diameter))
+        notes.append(json.loads(capsys.readouterr().out)["notes"])
+    assert [any("--diameter" in note for note in each) for each in notes] == [False, True, True]
+
+
+@pytest.mark.parametrize(("option", "value"), [("--length", "450"), ("--diameter", "8")])
+def test_lengths_in_millimetres_are_refused(
+    option: str, value: str, folder: Path, capsys: pytest.CaptureFixture
+) -> None:
+    assert main(with_depth(folder, option, value)) == 2
+    assert option in capsys.readouterr().err
+
+
 def test_labels_are_written_for_every_rope(folder: Path, capsys: pytest.CaptureFixture) -> None:
     assert (
         main(["see", str(folder / "rope.png"), "--labels", str(folder / "labels.png"), "--json"])

@@ -128,7 +128,7 @@ def doubts(motion: Motion) -> tuple[str, ...]:
     length = float(np.median(np.linalg.norm(np.diff(v, axis=2), axis=3).sum(axis=2)))
     if length > USUAL_ROPE_LENGTH:
         lines.append(
-            f"the rope is {length:.4g} m long; if vertices are in other units, give --scale: 0.001 "
+            f"the rope is {length:.4g} m long; if vertices are in other units, give --scale 0.001 "
             "for mm, 0.01 for cm, 0.0254 for inches"
         )
     sag = _sag(motion)

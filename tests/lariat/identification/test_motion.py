@@ -72,6 +72,15 @@ def test_gravity_tells_which_axis_points_up(held: np.ndarray, up: Up):
     np.testing.assert_array_equal(with_z_up(turned, up)[..., 2], hanging[..., 2])
 
 
+def test_a_tilted_frame_is_said():
+    hanging = VALID_VERTICES.copy()
+    hanging[..., 2] = -0.4 * np.sin(np.linspace(0.0, np.pi, 8))
+    s, c = np.sin(0.8), np.cos(0.8)
+    tilted = hanging @ np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
+    (line,) = doubts(check_motion(tilted, 0.01, HELD_VERTICES))
+    assert "turn the vertices" in line
+
+
 def test_a_rope_as_long_as_a_hall_is_asked_for_its_unit():
     (line,) = doubts(check_motion(10.0 * VALID_VERTICES, 0.01, HELD_VERTICES))
     assert "7 m long" in line

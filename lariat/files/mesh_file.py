@@ -56,15 +56,15 @@ def read_mesh(path: Path) -> Float64[np.ndarray, "m 3 3"]:
 
 
 def _stl(content: bytes) -> Float64[np.ndarray, "m 3 3"]:
-    """Triangles of an STL file; a binary one has the size that its header says."""
+    """Triangles of an STL file; a binary one has at least the size that its header says."""
     count = int.from_bytes(content[HEADER_SIZE - 4 : HEADER_SIZE], "little")
-    if len(content) >= HEADER_SIZE and len(content) == HEADER_SIZE + RECORD.itemsize * count:
+    if count and len(content) >= HEADER_SIZE + RECORD.itemsize * count:
         _check_count(count)
-        return np.frombuffer(content, RECORD, offset=HEADER_SIZE)["corners"].astype(float)
+        return np.frombuffer(content, RECORD, count, HEADER_SIZE)["corners"].astype(float)
     if b"\0" in content:
         raise ValueError(
             f"it is damaged or no STL file: {count} triangles by its header, which {len(content)} "
-            "bytes are too few or many for"
+            "bytes are too few for"
         )
     if content.lstrip(b"\xef\xbb\xbf \t\r\n")[:5].lower() != b"solid":
         raise ValueError("it is no STL file: as a text it would begin with 'solid'")

@@ -20,6 +20,7 @@ MAX_QUOTED_LENGTH = 60
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 _SEPARATOR_NOTE = re.compile(r"sep=.", re.IGNORECASE)
 """Line in which Excel names the separator."""
+_QUOTED = re.compile(r'"([^"]*)"')
 _UNIT = re.compile(r"\s*[\[(].*")
 _NUMBER = r"[-+]?\d+(?:,\d+)?(?:[eE][-+]?\d+)?"
 _NUMERIC = re.compile(r"[-+.]?\d")
@@ -118,7 +119,8 @@ def read_table(content: bytes) -> Table:
 
 
 def _split(row: str) -> Sequence[str]:
-    """Cells of a row, with decimal points."""
+    """Cells of a row, with decimal points; a comma between quotes is one."""
+    row = _QUOTED.sub(lambda cell: cell[1].replace(",", "."), row)
     if ";" in row:
         return row.replace(",", ".").split(";")
     if "," in row and not _DECIMAL_COMMAS.fullmatch(row):

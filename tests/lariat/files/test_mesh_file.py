@@ -41,6 +41,7 @@ def obj(face: str = QUAD) -> bytes:
     ("name", "content"),
     [
         ("plate.stl", binary_stl()),
+        ("plate.stl", binary_stl() + bytes(7)),
         ("plate.STL", text_stl()),
         ("plate.obj", obj()),
         ("plate.obj", obj("f -4 -3 -2 -1") + b"v 9 9 9\n"),
@@ -48,7 +49,16 @@ def obj(face: str = QUAD) -> bytes:
         ("plate.obj", obj("f 1 2 \\\r\n 3 4")),
         ("plate.stl", text_stl().decode().replace(".", ",").encode("utf-16")),
     ],
-    ids=["binary", "text", "obj", "backwards", "capitals", "continued", "utf-16 with commas"],
+    ids=[
+        "binary",
+        "longer binary",
+        "text",
+        "obj",
+        "backwards",
+        "capitals",
+        "continued",
+        "utf-16 with commas",
+    ],
 )
 def test_files_of_one_mesh_are_the_same(tmp_path: Path, name: str, content: bytes) -> None:
     (tmp_path / name).write_bytes(content)

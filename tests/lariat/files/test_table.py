@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -32,6 +34,7 @@ def text(separator: str, point: str = ".", rows: np.ndarray = VALUES) -> str:
         ("\ufeff" + text("\t")).encode("utf-16-be"),
         text("\t").encode("utf-16-le"),
         ("sep=;\n" + text(";", ",")).encode(),
+        re.sub(r"[^|\n]+", r'"\g<0>"', text("|", ",")).replace("|", ",").encode(),
         ("# of a spreadsheet\n\n" + text(",")).encode(),
         ("x,y,z\n" + text(",")).encode(),
         ('"X [m]";"Y (m)";"Z"\n' + text(";", ",")).encode(),

@@ -41,7 +41,7 @@ FACTORS = (0.1, 10.0, 0.01, 100.0, 1e-3, 1e3)
 def doubts(scenario: Scenario) -> tuple[str, ...]:
     """Return a line about each value that is plausible only by mistake, with a way out."""
     return (
-        *_rope_doubts(scenario.rope, scenario.run.tolerance),
+        *_rope_doubts(scenario.rope, scenario.run.tolerance, _largest_span(scenario)),
         *_camera_doubts(scenario),
         *_obstacle_doubts(scenario),
         *_run_doubts(scenario),
@@ -57,7 +57,7 @@ class _Value:
     unit: str
 
 
-def _rope_doubts(rope: Rope, tolerance: float) -> Iterator[str]:
+def _rope_doubts(rope: Rope, tolerance: float, span: float) -> Iterator[str]:
     length = _Value("rope.length", rope.length, "m")
     diameter = _Value("rope.diameter", rope.diameter, "m")
     weight = _Value("rope.linear_density", rope.linear_density, "kg/m")
@@ -102,14 +102,24 @@ def _rope_doubts(rope: Rope, tolerance: float) -> Iterator[str]:
             f"the rope stretches by {100.0 * strain:.3g} % under its own weight; "
             f"{_remedy(cures, (0.0, MAX_STRETCH_BY_WEIGHT))}"
         )
-    change = force * rope.length / rope.stretch_stiffness
+    sag = math.sqrt(0.375 * span * max(rope.length - span, 0.0))
+    tension = rope.linear_density * GRAVITY * span**2 / (8.0 * sag) if sag else 0.0
+    largest = max(force, tension)
+    change = largest * rope.length / rope.stretch_stiffness
     solid = rope.youngs_modulus * 0.25 * math.pi * rope.diameter**2
     if change > tolerance and solid > rope.stretch_stiffness:
+        what = "bends the rope" if force > tension else "holds the rope between its grips"
         yield (
-            f"the force that bends the rope, {force:.3g} N, shortens it by {1e3 * change:.2g} mm "
+            f"the force that {what}, {largest:.3g} N, changes its length by {1e3 * change:.2g} mm "
             f"at rope.stretch_stiffness = {rope.stretch_stiffness:g} N; a solid rope of its "
             f"modulus has {solid:.3g} N, to be given there"
         )
+
+
+def _largest_span(scenario: Scenario) -> float:
+    """Largest distance of the grips in start and goal [m]."""
+    pairs = (scenario.grips(shape) for shape in (scenario.start, scenario.goal))
+    return max(float(np.linalg.norm(b.position - a.position)) for a, b in pairs)
 
 
 def _camera_doubts(scenario: Scenario) -> Iterator[str]:

@@ -49,7 +49,11 @@ def test_no_shipped_scenario_is_doubted(name: str):
         ("modulus = 1.0e6", "modulus = 1.0e3", "did you mean rope.youngs_modulus = 10000 Pa"),
         ("diameter = 0.008", "diameter = 0.0008", "rope.diameter = 0.008 m"),
         ("density = 0.044", "density = 0.044\nstretch_stiffness = 2.0", "stretches by 9.71 %"),
-        ("modulus = 1.0e6", "modulus = 4.0e9", "shortens it by 35 mm at rope.stretch_stiffness"),
+        (
+            "modulus = 1.0e6",
+            "modulus = 4.0e9",
+            "bends the rope, 157 N, changes its length by 35 mm",
+        ),
         ("radius = 0.03", "radius = 5.0", "obstacle 'post' is 5 m large"),
         ("[0.0, 0.3, 0.1]", "[0.0, 9.0, 0.1]", "obstacle 'post' is 8.8 m away"),
         ("tolerance = 0.002", "tolerance = 0.05", "run.tolerance = 0.05 m is 11.1 %"),
@@ -70,6 +74,18 @@ def test_a_long_rope_and_a_thin_wire_are_plausible(tmp_path: Path):
     assert doubts(parse(text, tmp_path)) == ()
     wire = TEXT.replace("0.45", "2.5").replace("0.008", "0.001").replace("1.0e6", "2.0e11")
     assert doubts(parse(wire.replace("0.044", "0.0062"), tmp_path)) == ()
+
+
+def test_a_wire_that_its_weight_stretches_is_doubted(tmp_path: Path):
+    wire = TEXT.replace("-0.2, ", "-4.925, ").replace("[0.2, ", "[4.925, ")
+    wire = wire.replace("length = 0.45", "length = 10.0").replace("0.008", "0.002")
+    wire = wire.replace("1.0e6", "2.0e11").replace("0.044", "0.0247")
+    wire += "[limits]\nworkspace = [[-5, -5, -9], [5, 5, 9]]\n"
+    (line,) = doubts(parse(wire, tmp_path))
+    # The catenary's horizontal force is 3.96 N.
+    assert "holds the rope between its grips, 3.95 N, changes its length by 20 mm" in line
+    solid = wire.replace("[start]", "stretch_stiffness = 6.3e5\n[start]")
+    assert doubts(parse(solid, tmp_path)) == ()
 
 
 def test_a_camera_out_of_its_range_is_doubted(tmp_path: Path):

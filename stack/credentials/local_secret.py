@@ -133,4 +133,7 @@ def _check_private(folder: Path) -> None:
     """
     state = folder.lstat()
     if not stat.S_ISDIR(state.st_mode) or state.st_uid != os.getuid() or state.st_mode & 0o077:
-        raise PermissionError(f"{folder} must be a folder of this user's own, with mode 0700")
+        raise PermissionError(
+            f"{folder} must be a folder of this user's own, with mode 0700; make it so, or set "
+            "XDG_RUNTIME_DIR to one that is"
+        )

@@ -7,13 +7,14 @@ from collections.abc import Iterator
 from concurrent.futures import Future
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import pytest
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection
 
 from dashboard.options import DashboardOptions
-from dashboard.web import web_server
+from dashboard.web import cell_socket, relay, web_server
 from dashboard.web.cell_socket import Approach, HoldAnswer
 from dashboard.web.site import Site
 from lariat.configuration import ConfigurationError
@@ -176,6 +177,33 @@ def test_every_answer_forbids_frames_other_servers_and_referrers(person: Visitor
         assert "frame-ancestors 'none'" in policy
         assert "connect-src 'self'" in policy
         assert headers["Referrer-Policy"] == "no-referrer"
+
+
+@pytest.mark.parametrize(
+    ("place", "bound"), [("", (relay, "MAX_PAGES")), ("/cell", (cell_socket, "MAX_BARS"))]
+)
+def test_pages_are_bounded(
+    person: Visitor, monkeypatch: pytest.MonkeyPatch, place: str, bound: tuple[Any, str]
+) -> None:
+    monkeypatch.setattr(*bound, 0)
+    with pytest.raises(InvalidStatus, match="503"):
+        person.open_socket(place)
+
+
+def test_holds_that_wait_are_bounded(person: Visitor, arms: Arms) -> None:
+    before, arms.deaf = arms.held, True
+    try:
+        with person.open_socket("/cell") as socket:
+            for number in range(3 * cell_socket.MAX_HOLDS):
+                socket.send(json.dumps({"type": "hold", "number": number}))
+            socket.send("no message, which ends the connection")
+            while True:
+                socket.recv(timeout=10.0)
+    except ConnectionClosed:
+        pass
+    finally:
+        arms.deaf = False
+    assert arms.held - before == cell_socket.MAX_HOLDS
 
 
 def test_hold_is_answered_with_what_the_gateway_says(person: Visitor, arms: Arms) -> None:

@@ -172,9 +172,10 @@ class _Search:
 
         Of a rod that is a model, `MIN_NOISE` at as few independent points as the fit assumes. The
         others follow from what other predictions change in the fit, to first order. Nodes and time
-        steps: Richardson's extrapolation from a finer rod. Tangents at `measured` grips: those of
-        a polynomial of the next degree. Noise of grips, initial states and lengths: a parametric
-        bootstrap (Efron and Tibshirani, 1993) with the noise of the vertices.
+        steps: Richardson's extrapolation from a finer rod. Arcs, tangents and initial states from
+        few vertices: what the same fit finds in the rod's own motion. Tangents at `measured` grips:
+        those of a polynomial of the next degree. Noise of grips, initial states and lengths: a
+        parametric bootstrap (Efron and Tibshirani, 1993) with the noise of the vertices.
         """
         twin, every = self.twin, np.ones(len(x), dtype=bool)
         properties, length = self.material.properties(x), self.material.groups["length"]
@@ -214,6 +215,10 @@ class _Search:
             rod = other.of_length(properties, scale)
             return other.measured(windows) - other.predict(rod, windows)
 
+        own = twin.of_prediction(properties, windows)
+        of_vertices = error(residuals_of(own))
+        of_vertices[length] += math.log(own.length / twin.length)
+        covariance += np.outer(of_vertices, of_vertices)
         without = twin.of_motion(true, true)
         before = residuals_of(without)
         for _ in range(NOISE_SAMPLES):

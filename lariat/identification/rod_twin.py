@@ -109,6 +109,20 @@ class RodTwin:
         other.substeps = self.substeps
         return other
 
+    def of_prediction(self, properties: RodProperties, windows: Sequence[Window]) -> RodTwin:
+        """Return the twin of the rod's own motion, of which only the vertices are known."""
+        vertices, free, dt = self.given.vertices.copy(), self.motion.free, self.motion.dt
+        states, _ = self.inputs(properties, windows)
+        predicted = self.predict(properties, windows)
+        for window, state, after in zip(windows, states, predicted, strict=True):
+            sequence, frame = vertices[window.sequence], window.frame
+            if frame == 1:
+                begin = state.positions - dt * np.array([[[1.0]], [[0.0]]]) * state.velocities
+                sequence[:2, free] = self.at_free_vertices(begin)
+            sequence[frame + 1 : frame + 1 + window.length, free] = after
+        own = replace(self.given, vertices=vertices)
+        return self.of_motion(own, own)
+
     def of_length(self, properties: RodProperties, scale: float) -> RodProperties:
         """Return a material with the length of this rope at a length scale [-]."""
         return replace(properties, length=scale * self.length)

@@ -91,3 +91,19 @@ def test_the_duration_of_steps_hardly_matters() -> None:
     windows = twin.windows(38)
     usual, finer = (twin.refined(1, k).predict(TRUE_PROPERTIES, windows) for k in (1, 4))
     assert np.sqrt(np.mean((usual - finer) ** 2)) < 5e-5
+
+
+def test_fewer_vertices_tell_less_of_the_rods_own_motion() -> None:
+    motion = recorded(sequences=1, frames=60)
+    count = motion.vertices.shape[2]
+    errors, lengths = [], []
+    for kept in (range(count), [0, 1, count // 2, count - 2, count - 1]):
+        twin = RodTwin(replace(motion, vertices=motion.vertices[:, :, list(kept)]))
+        rod = TRUE_PROPERTIES
+        windows = twin.windows(60)
+        own = twin.of_prediction(rod, windows)
+        errors.append(np.abs(own.measured(windows) - own.predict(rod, windows)).mean())
+        lengths.append(abs(np.log(own.length / rod.length)))
+    assert errors[0] < 5e-4
+    assert errors[1] > 2.0 * errors[0]
+    assert lengths[1] > 3.0 * lengths[0]

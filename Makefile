@@ -20,9 +20,9 @@ system = $(or $(PYTHON),uv run --no-project --python 3.13 python) -c $(1) 2>/dev
 up: .venv/installed  ## the whole stack, live; opens the dashboard, or prints its address last
 	$(BIN)/lariat up $(SCENARIO) --browser
 
-test: .venv/installed-dev  ## in parallel the tests that compute and those of pages, one by one those that are live
+test: .venv/installed-dev  ## in parallel the tests that compute, one by one those of pages and those that are live
 	$(BIN)/pytest -m "not live and not slow and not ros" --numprocesses auto --dist loadfile --ignore tests/browser
-	$(BIN)/pytest -m "not live and not slow" --numprocesses auto --dist loadfile tests/browser
+	$(BIN)/pytest -m "not live and not slow" tests/browser
 	$(BIN)/pytest -m "live and not slow and not ros"
 
 ros: .venv/installed-dev .ros/rclpy .ros/pyzeros  ## the tests against real rclpy and another implementation of ROS 2's wire

@@ -1,7 +1,7 @@
 """Option of the browser tests, and a shortcut past test files whose tests `-m` leaves out.
 
 Tests with deadlines of the real system are marked `live` and run one after the other. All others
-run in parallel; of pages in browsers, two at a time.
+run in parallel; of pages in browsers, one by one.
 """
 
 from __future__ import annotations

@@ -306,7 +306,8 @@ def _flood(
                     begun = begun or (now if item.publisher != own[key] else 0.0)
                     if item.publisher == own[key]:
                         moved = max(moved, float(np.max(np.abs(_positions(item.message) - rest))))
-                        if hold and (item.message.last_command == hold or is_stopped(item.message)):
+                        obeyed = item.message.last_command == hold and not item.message.refusal
+                        if hold and (obeyed or is_stopped(item.message)):
                             hold, waits = "", [*waits, now - pressed]
                 for key, item in health.take():
                     if item.publisher == own.get(key):

@@ -74,7 +74,9 @@ def arm_condition(arms: ArmStates, session: str) -> ArmCondition:
     """Condition of the arms."""
     armed = arms.mode != ArmStates.DISARMED
     refused = arms.refused_sequence - arms.sequence if arms.session == session else 0
-    return ArmCondition(armed, arms.may_move, arms.reason, arms.reset_count, refused, arms.refusal)
+    return ArmCondition(
+        armed, arms.may_move, arms.reason, arms.reset_count, refused, arms.chunk_refusal
+    )
 
 
 def task_request(message: TaskRequest) -> Request:

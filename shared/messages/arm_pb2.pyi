@@ -106,7 +106,7 @@ class ArmState(_message.Message):
     def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ..., mode: _Optional[str] = ..., link_rate: _Optional[float] = ..., link_gap: _Optional[float] = ..., pull: _Optional[float] = ..., powered: _Optional[bool] = ..., tracking_angle: _Optional[float] = ..., address: _Optional[str] = ..., commanded_joints: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class ArmStates(_message.Message):
-    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count", "cause", "may_move", "needs_resume", "next_session", "approach_distance", "approach_angle", "approaching", "needs_approach", "scenario", "reaches_hardware", "slow_pauses", "trajectory", "trajectory_state", "trajectory_reason")
+    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count", "cause", "may_move", "needs_resume", "next_session", "approach_distance", "approach_angle", "approaching", "needs_approach", "scenario", "reaches_hardware", "slow_pauses", "trajectory", "trajectory_state", "trajectory_reason", "chunk_refusal")
     class Mode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         DISARMED: _ClassVar[ArmStates.Mode]
@@ -161,6 +161,7 @@ class ArmStates(_message.Message):
     TRAJECTORY_FIELD_NUMBER: _ClassVar[int]
     TRAJECTORY_STATE_FIELD_NUMBER: _ClassVar[int]
     TRAJECTORY_REASON_FIELD_NUMBER: _ClassVar[int]
+    CHUNK_REFUSAL_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     boot: str
     mode: ArmStates.Mode
@@ -189,7 +190,8 @@ class ArmStates(_message.Message):
     trajectory: str
     trajectory_state: ArmStates.TrajectoryState
     trajectory_reason: str
-    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ..., cause: _Optional[str] = ..., may_move: _Optional[bool] = ..., needs_resume: _Optional[bool] = ..., next_session: _Optional[str] = ..., approach_distance: _Optional[float] = ..., approach_angle: _Optional[float] = ..., approaching: _Optional[bool] = ..., needs_approach: _Optional[bool] = ..., scenario: _Optional[str] = ..., reaches_hardware: _Optional[bool] = ..., slow_pauses: _Optional[int] = ..., trajectory: _Optional[str] = ..., trajectory_state: _Optional[_Union[ArmStates.TrajectoryState, str]] = ..., trajectory_reason: _Optional[str] = ...) -> None: ...
+    chunk_refusal: str
+    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ..., cause: _Optional[str] = ..., may_move: _Optional[bool] = ..., needs_resume: _Optional[bool] = ..., next_session: _Optional[str] = ..., approach_distance: _Optional[float] = ..., approach_angle: _Optional[float] = ..., approaching: _Optional[bool] = ..., needs_approach: _Optional[bool] = ..., scenario: _Optional[str] = ..., reaches_hardware: _Optional[bool] = ..., slow_pauses: _Optional[int] = ..., trajectory: _Optional[str] = ..., trajectory_state: _Optional[_Union[ArmStates.TrajectoryState, str]] = ..., trajectory_reason: _Optional[str] = ..., chunk_refusal: _Optional[str] = ...) -> None: ...
 
 class ArmCommand(_message.Message):
     __slots__ = ("id", "stamp", "boot", "action", "arm", "close", "answers", "approach_distance", "approach_angle", "session")

@@ -114,7 +114,7 @@ def test_chunk_that_takes_too_long_to_check_is_refused(
 ) -> None:
     state = step_with_setpoints(gateway, setpoints(1, count, dt))
     assert state.refused_sequence == 1
-    assert "finite" in state.refusal
+    assert "finite" in state.chunk_refusal
 
 
 def test_longest_chunk_is_followed(gateway: RobotGatewayService) -> None:
@@ -270,6 +270,13 @@ def test_stranger_neither_replaces_the_writer_nor_reports_refusals_to_it(speaker
     assert "stranger" in state.reason
 
 
+def test_hold_is_confirmed_after_a_chunk_of_anybody_was_refused(speaker: Speaker) -> None:
+    speaker.tick(hold("a", 830))
+    assert "sequence 1 after 830" in speaker.tick(hold("a", 1)).chunk_refusal
+    assert speaker.command(ArmCommand.HOLD) == ""
+    assert speaker.state.mode == ArmStates.HOLDING
+
+
 def test_acknowledgement_accepts_only_the_writer_that_it_names(speaker: Speaker) -> None:
     speaker.tick(hold("a", 1))
     speaker.command(ArmCommand.HOLD)
@@ -303,7 +310,7 @@ def test_refusals_of_one_writer_are_none_of_the_next(speaker: Speaker) -> None:
     assert (state.session, state.refused_sequence) == ("b", 0)
     speaker.command(ArmCommand.RESUME)
     state = speaker.tick(hold("b", 2))
-    assert (state.sequence, state.refused_sequence, state.refusal) == (2, 0, "")
+    assert (state.sequence, state.refused_sequence, state.chunk_refusal) == (2, 0, "")
     state = speaker.tick(refused("b", 3))
     assert (state.sequence, state.refused_sequence) == (2, 3)
 

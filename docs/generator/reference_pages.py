@@ -42,6 +42,7 @@ LIBRARY = {
 """Packages of each page of the library's reference."""
 
 PATHS = (
+    "reference/scenario.md",
     "reference/commands.md",
     "reference/topics.md",
     "reference/messages.md",
@@ -71,9 +72,10 @@ def pages() -> Iterator[tuple[str, str]]:
     os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "False")
     importlib.import_module("lariat.kernel_cache.language")
     library = (_library(name.capitalize(), packages) for name, packages in LIBRARY.items())
-    yield from zip(
-        PATHS, (_commands(), _topics(), _messages(), _processes(), *library), strict=True
-    )
+    from lariat.scenario.reference import reference
+
+    written = (reference(), _commands(), _topics(), _messages(), _processes(), *library)
+    yield from zip(PATHS, written, strict=True)
 
 
 def _library(title: str, packages: Sequence[str]) -> str:

@@ -1,6 +1,6 @@
-"""Generator of `docs/reference/scenario.md`, the reference of all keys, from the dataclasses.
+"""Reference of all keys of a scenario file, in Markdown, from the dataclasses.
 
-python -m lariat.scenario.reference > docs/reference/scenario.md
+`python -m lariat.scenario.reference` prints it; the documentation's site has it as a page.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from lariat.scenario.scenario import Scenario
 
 PAGE_HEADER = """# Scenario files
 
-All keys of a scenario file: values, default and meaning, written by
-`python -m lariat.scenario.reference`. Units are SI, quaternions are wxyz, poses are in the world
-frame (z up, the table at z = 0). A file with an unknown key, a value out of bounds or values that
+All keys of a scenario file: values, default and meaning, as `python -m lariat.scenario.reference`
+prints them. Units are SI, quaternions are wxyz, poses are in the world frame (z up, the table at
+z = 0). A file with an unknown key, a value out of bounds or values that
 contradict each other is refused before anything moves; `lariat check FILE` names the error.
 """
 

@@ -165,6 +165,14 @@ class UrdfKinematics:
         twist = np.array([velocity[0] + poses.cross(angular, lever), angular])
         return twist @ self._R_base_world
 
+    def grip_wrench(
+        self, wrench: Float64[np.ndarray, "2 3"], flange: Pose
+    ) -> Float64[np.ndarray, "2 3"]:
+        """Return the wrench about the grip in the world for one about the flange in the base."""
+        lever = poses.rotate(flange.orientation, self._T_flange_grip.position)
+        force, torque = wrench
+        return np.array([force, torque - poses.cross(lever, force)]) @ self._R_base_world
+
     def joint_speed(self, joints: Joints, velocity: Float64[np.ndarray, "2 3"]) -> Joints:
         """Return the joint speeds for a twist of the grip in the world [rad/s]."""
         if self._kernel is not None:

@@ -73,7 +73,7 @@ class ArmReading:
     gripper_closed: bool = True
     """Whether the gripper is closed."""
     force: Float64[np.ndarray, "3"] | None = None
-    """Force at the flange, in any frame that does not turn [N]; None without a sensor."""
+    """Force on the flange, in the axes of the URDF's root [N]; None without a sensor."""
     mode: str = ""
     """Operating mode in words."""
 

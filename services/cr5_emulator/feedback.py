@@ -49,7 +49,7 @@ class FeedbackWriter:
         r["q_actual"], r["qd_actual"] = np.degrees(c.joints), np.degrees(c.joint_speed)
         T_user_base, T_flange_tool = frames.inverse(frames.transform(user)), frames.transform(tool)
         from_user = T_user_base[:3, :3]
-        r["tcp_force"][:3] = from_user @ self._force()
+        r["tcp_force"] = np.ravel(self._wrench(T_flange_tool) @ from_user.T)
         for name, joints, speed in (
             ("actual", c.joints, c.joint_speed),
             ("target", c.target, c.target_speed),
@@ -67,11 +67,15 @@ class FeedbackWriter:
                 [1e3 * from_user @ linear, np.degrees(from_user @ angular)]
             )
 
-    def _force(self) -> Float64[np.ndarray, "3"]:
-        """Force on the gripper, in the base [N]."""
+    def _wrench(self, T_flange_tool: np.ndarray) -> Float64[np.ndarray, "2 3"]:
+        """Force and torque on the gripper about the tool's tip, in the base [N, N m]."""
         c = self._controller
-        force = c.options.force_noise * self._noise.normal(size=3)
-        return force if self._tether is None else force + self._tether.force(c.flange(c.joints))
+        wrench = np.zeros((2, 3))
+        wrench[0] = c.options.force_noise * self._noise.normal(size=3)
+        if self._tether is not None:
+            flange = c.flange(c.joints)
+            wrench += self._tether.wrench(flange, (flange @ T_flange_tool)[:3, 3])
+        return wrench
 
     def _write_state(self, r: np.ndarray) -> None:
         c = self._controller

@@ -48,10 +48,13 @@ class Tether:
         a, b, c = grip or (0.0, 0.0, 0.0)
         return cls((x, y, z), length, stiffness, (a, b, c))
 
-    def force(self, flange: Transform) -> Float64[np.ndarray, "3"]:
-        """Return the force on the gripper, in the base [N]."""
+    def wrench(
+        self, flange: Transform, tip: Float64[np.ndarray, "3"]
+    ) -> Float64[np.ndarray, "2 3"]:
+        """Return force and torque on the gripper about a point, in the base [N, N m]."""
         grip = flange[:3, :3] @ np.array(self.grip) + flange[:3, 3]
         to_anchor = np.array(self.anchor) - grip
         distance = float(np.linalg.norm(to_anchor))
         extension = max(distance - self.length, 0.0)
-        return self.stiffness * extension * to_anchor / max(distance, 1e-12)
+        force = self.stiffness * extension * to_anchor / max(distance, 1e-12)
+        return np.array([force, np.cross(grip - tip, force)])

@@ -182,6 +182,11 @@ def _arm_state(
         pull=feedback.contact_force,
         powered=feedback.powered,
     )
+    if feedback.wrench is not None:
+        force, torque = feedback.wrench
+        state.force.extend(force.tolist())
+        if np.all(np.isfinite(torque)):
+            state.torque.extend(torque.tolist())
     if feedback.pose is not None:
         state.position.extend(feedback.pose.position.tolist())
         state.orientation.extend(feedback.pose.orientation.tolist())

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import cv2
@@ -24,9 +25,11 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
+from lariat.scenario import SIDES, Side
 from shared import topics
 from shared.cell_description import GRIP, WORLD_FRAME, frame_name
 from shared.messages import (
+    ArmStates,
     Health,
     NodeChain,
     OtherRopes,
@@ -113,6 +116,9 @@ def outputs() -> tuple[Output, ...]:
                "rope at the end of the controller's horizon", _prediction, rate=30.0),
         Output(t.ARM_SETPOINTS, "arm/setpoints", "trajectory_msgs/msg/MultiDOFJointTrajectory",
                "commanded motion of the grips", _setpoints, rate=30.0),
+        *(Output(t.ARM_STATE, f"arm/{side}/wrench", "geometry_msgs/msg/WrenchStamped",
+                 f"force and torque on the {side} gripper", partial(_wrench, side), rate=30.0)
+          for side in SIDES),
         Output(t.CAMERA_COLOR, "camera/{name}/color/image_raw", "sensor_msgs/msg/Image",
                "colour image", _decoded_image, SENSOR, recorded=False),
         Output(t.CAMERA_COLOR, "camera/{name}/color/image_raw/compressed",
@@ -360,6 +366,26 @@ def _log(message: Log) -> Any:
         file=message.file,
         line=message.line,
     )
+
+
+def _wrench(side: Side, message: ArmStates) -> Any | None:
+    """Force and torque as the arm's device reports them, about the grip and in its frame.
+
+    A torque that the device does not report is not a number, as in ros2_control.
+    """
+    for arm in message.arms:
+        if arm.arm == side and len(arm.force) == 3 and len(arm.orientation) == 4:
+            to_grip = poses.conjugate(np.array(arm.orientation))
+            force, torque = (
+                vector(poses.rotate(to_grip, np.array(values)))
+                for values in (arm.force, arm.torque or [np.nan] * 3)
+            )
+            return ros(
+                "geometry_msgs/msg/WrenchStamped",
+                header=header(message.stamp, frame_name(side, GRIP)),
+                wrench=ros("geometry_msgs/msg/Wrench", force=force, torque=torque),
+            )
+    return None
 
 
 def _path(message: Path) -> Any | None:

@@ -40,6 +40,9 @@ class ArmFeedback:
     """Longest time between two packets within the last second [s]."""
     contact_force: float = 0.0
     """Change of the force at the gripper since it was armed at rest [N]; 0 without a sensor."""
+    wrench: Float64[np.ndarray, "2 3"] | None = None
+    """Force and torque on the gripper that the device states, about the grip in the world [N, N m];
+    None without a sensor, and a torque of NaN where it states none."""
     powered: bool = False
     """Whether its drives may be on: the device does not report that they are off."""
 

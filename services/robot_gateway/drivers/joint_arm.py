@@ -164,13 +164,15 @@ class JointArmDriver:
 
     def _feedback(self) -> ArmFeedback:
         reading, joints = self._reading, self._reading.joints
-        pose, velocity = None, np.zeros((2, 3))
+        pose, velocity, wrench = None, np.zeros((2, 3)), None
         if joints is not None:
             pose = self._kinematics.grip(joints)
             twist = self._kinematics.jacobian(joints) @ self._velocities
-            velocity = self._kinematics.grip_velocity(
-                twist.reshape(2, 3), self._kinematics.flange(joints)
-            )
+            flange = self._kinematics.flange(joints)
+            velocity = self._kinematics.grip_velocity(twist.reshape(2, 3), flange)
+            if reading.force is not None:
+                wrench = np.array([reading.force, np.full(3, np.nan)])
+                wrench = self._kinematics.grip_wrench(wrench, flange)
         self._check_placed(pose)
         fault, alarms = "", tuple(reading.faults)
         if self._fault:
@@ -189,6 +191,7 @@ class JointArmDriver:
             gripper_closed=reading.gripper_closed,
             mode=reading.mode,
             contact_force=self._contact_force,
+            wrench=wrench,
             powered=reading.powered,
         )
 

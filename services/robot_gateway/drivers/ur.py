@@ -51,6 +51,9 @@ SAFETY_MODES = {
 }
 """Safety modes in which it must not move, in words."""
 
+TO_ROOT = np.array([-1.0, -1.0, 1.0])
+"""Half a turn about z, from the controller's base to the root of UR's URDF (REP 103)."""
+
 
 class Library(Protocol):
     """Modules of `ur_rtde` as far as they are used."""
@@ -243,7 +246,7 @@ class _Session:
             powered=mode in POWERED_MODES,
             faults=tuple(faults),
             gripper_closed=wish.closed,
-            force=np.array(receive.getActualTCPForce()[:3]),
+            force=TO_ROOT * receive.getActualTCPForce()[:3],
             mode=f"robot mode {mode}",
         )
 

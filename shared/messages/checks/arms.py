@@ -64,7 +64,7 @@ def _check_arm_states(message: messages.ArmStates) -> None:
         check_places("position", position)
         # A comparison with a number that is none is false.
         values = position + orientation + linear + angular + arm.joints[:]
-        values += arm.commanded_joints[:]
+        values += arm.commanded_joints[:] + arm.force[:] + arm.torque[:]
         if not sum(map(abs, values)) <= MAX_MAGNITUDE:
             raise ValueError(f"a vector of {arm.arm!r} holds a number beyond ±1e6, or none")
 

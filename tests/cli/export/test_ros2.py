@@ -12,6 +12,7 @@ from rosbags.rosbag2 import Reader
 
 from cli.export import main
 from lariat.arms.cr5_installation import scenario_joints
+from lariat.geometry.poses import rotate
 from lariat.trajectory import SECOND
 from shared.ros2.types import STORE
 from tests.cli.export.recorded import STEP, recording
@@ -59,6 +60,8 @@ def test_every_kind_of_message_has_its_counterpart(bag: Path):
         "/rosout": "rcl_interfaces/msg/Log",
         "/controller/path": "trajectory_msgs/msg/MultiDOFJointTrajectory",
         "/arm/setpoints": "trajectory_msgs/msg/MultiDOFJointTrajectory",
+        "/arm/left/wrench": "geometry_msgs/msg/WrenchStamped",
+        "/arm/right/wrench": "geometry_msgs/msg/WrenchStamped",
     }
 
 
@@ -83,6 +86,20 @@ def test_values_times_and_colours_are_those_of_the_recording(bag: Path, tmp_path
     starts = [p.time_from_start.sec * SECOND + p.time_from_start.nanosec for p in setpoints.points]
     assert starts == [STEP, STEP + 20_000_000]
     assert setpoints.points[1].transforms[0].translation.z == 0.4
+
+
+def test_forces_are_in_the_frame_of_the_grip_and_no_torque_is_made_up(bag: Path):
+    found = read(bag)
+    grips = {t.child_frame_id: t for m in found["/tf"] for t in m.transforms}
+    for side in ("left", "right"):
+        message = found[f"/arm/{side}/wrench"][0]
+        force, torque = message.wrench.force, message.wrench.torque
+        assert message.header.frame_id == f"{side}/grip"
+        q = grips[f"{side}/grip"].transform.rotation
+        in_world = rotate(np.array([q.w, q.x, q.y, q.z]), np.array([force.x, force.y, force.z]))
+        np.testing.assert_allclose(in_world, [1.0, 2.0, 3.0], atol=1e-12)
+        length = np.linalg.norm([torque.x, torque.y, torque.z])
+        assert length == pytest.approx(np.nan if side == "left" else 0.14**0.5, nan_ok=True)
 
 
 def test_markers_move_with_the_frames_of_the_arms(bag: Path):

@@ -56,6 +56,16 @@ def test_joint_speeds_move_the_grip_with_the_twist(arm: UrdfKinematics):
     np.testing.assert_allclose(turned / dt, twist[1], atol=1e-5)
 
 
+def test_a_wrench_has_the_same_power_about_flange_and_grip(arm: UrdfKinematics):
+    flange = arm.flange(usual_joints(arm))
+    twist = np.array([[0.1, -0.05, 0.08], [0.2, 0.3, -0.1]])
+    wrench = np.array([[3.0, -2.0, 5.0], [0.4, 0.1, -0.7]])
+    power = np.sum(arm.grip_wrench(wrench, flange) * arm.grip_velocity(twist, flange))
+    assert power == pytest.approx(np.sum(wrench * twist))
+    torque = arm.grip_wrench(wrench, flange)[1]
+    assert not np.allclose(torque, poses.rotate(BASE.orientation, wrench[1]))
+
+
 def test_a_path_changed_in_place_is_another_path(arm: UrdfKinematics):
     path = usual_joints(arm)[None].copy()
     before, _ = arm.link_spheres(path)

@@ -29,6 +29,13 @@ def away(world: ArmWorld, distance: float) -> None:
     world.follow(lambda t: here + distance * smooth_step(t, 1.0) * OUT, 1.4, since)
 
 
+def felt(world: ArmWorld) -> np.ndarray:
+    """Force and torque on the right gripper, in the world [N, N m]."""
+    wrench = world.cell.arms.feedback[1].wrench
+    assert wrench is not None
+    return wrench
+
+
 def stretch(world: ArmWorld) -> float:
     """Return the extension of the tether [m]."""
     return float(np.linalg.norm(world.measured[-1] - GRIPS[0].position)) - LENGTH
@@ -45,6 +52,10 @@ def test_taut_rope_stops_the_arm_and_may_only_be_relieved(firmware: str) -> None
     assert world.report.rule == "overstretch"
     assert "right feels" in world.report.safety.detail
     assert 20.0 / STIFFNESS < stretch(world) < 0.03
+    force, torque = felt(world)
+    # Noise of 1 N; a force at the grip has no torque about it.
+    np.testing.assert_allclose(force, -STIFFNESS * stretch(world) * OUT, atol=6.0)
+    np.testing.assert_allclose(torque, 0.0, atol=1.0)
     # A person acknowledges; it may not get worse, but better.
     world.go_on()
     world.run(0.3)
@@ -63,9 +74,9 @@ def test_taut_rope_stops_the_arm_and_may_only_be_relieved(firmware: str) -> None
 
 def test_weight_of_arm_and_tool_is_no_contact_force() -> None:
     world = tethered("v4")
-    bias = np.array([0.0, 0.0, -55.0])
-    plain = world.emulator.feedback._force
-    world.emulator.feedback._force = lambda: plain() + bias
+    bias = np.array([[0.0, 0.0, -55.0], [0.0, 0.0, 0.0]])
+    plain = world.emulator.feedback._wrench
+    world.emulator.feedback._wrench = lambda T_flange_tool: plain(T_flange_tool) + bias
     assert world.command("disarm") == ""
     world.run(0.2)
     assert world.command("arm") == ""

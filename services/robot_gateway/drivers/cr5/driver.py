@@ -197,6 +197,7 @@ class Cr5Driver:
             link_rate=self._quality.rate(now),
             link_gap=self._quality.gap(now),
             contact_force=self._contact_force.magnitude,
+            wrench=self._kinematics.grip_wrench(packet["tcp_force"].reshape(2, 3), flange),
             powered=client.powered,
         )
 

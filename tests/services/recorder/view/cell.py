@@ -76,6 +76,9 @@ def messages(cell: Scenario, now: int = NOW) -> list[tuple[Topic, Message]]:
             position=grips[side].position,
             orientation=grips[side].orientation,
             joints=joints[side],
+            # The left arm reports no torque.
+            force=[1.0, 2.0, 3.0],
+            torque=[0.1, 0.2, 0.3] if side == "right" else [],
         )
         for side in SIDES
     ]

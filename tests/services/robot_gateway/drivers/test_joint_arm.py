@@ -170,4 +170,8 @@ def test_the_change_of_the_force_since_arming_counts(kinematics: UrdfKinematics)
     assert world.step().contact_force == 0.0
     pulled = weight + np.array([3.0, 0.0, 4.0])
     world.arm.reading = ArmReading(world.start, ready=True, force=pulled)
-    assert world.step().contact_force == pytest.approx(5.0)
+    feedback = world.step()
+    assert feedback.contact_force == pytest.approx(5.0)
+    assert feedback.wrench is not None
+    np.testing.assert_allclose(feedback.wrench, [pulled, [np.nan] * 3])
+    assert World(kinematics).step().wrench is None

@@ -63,7 +63,7 @@ class Robot:
                 getSafetyMode=lambda: self.safety,
                 getActualQ=lambda: self.joints.tolist(),
                 getActualQd=lambda: [0.0] * 6,
-                getActualTCPForce=lambda: [0.0, 0.0, -5.0, 0.0, 0.0, 0.0],
+                getActualTCPForce=lambda: [1.0, 2.0, -5.0, 0.0, 0.0, 0.0],
                 disconnect=note("disconnect"),
             )
 
@@ -133,7 +133,7 @@ def test_enabling_takes_power_and_brakes_and_then_it_follows(arm: UrArm, robot: 
     step_until(arm, lambda r: np.allclose(r.joints, target), target)
     step_until(arm, lambda r: robot.called("servoStop"), None)
     assert reading.force is not None
-    assert reading.force[2] == -5.0
+    assert reading.force.tolist() == [-1.0, -2.0, -5.0]
 
 
 def test_targets_that_stop_coming_stop_the_arm(arm: UrArm, robot: Robot):

@@ -37,16 +37,8 @@ from shared import bus as buses
 from shared import topics
 from shared.bus import BusOptions, Unreachable
 from shared.bus.message_check import RawMessage
-from shared.messages import (
-    ArmCommand,
-    ArmSetpoints,
-    ArmStates,
-    Scene,
-    Setpoints,
-    validation,
-)
-from shared.messages.checks.values import MAX_INTEGER
-from stack.client import Client
+from shared.messages import ArmCommand, ArmStates, TaskRequest
+from stack.client import RequestFailed
 from stack.credentials.local_secret import find_local_secret
 
 DEFAULT_SCENARIO = Path("three-cylinders")
@@ -66,12 +58,8 @@ open = lambda port: not socket.socket().connect_ex((sys.argv[1], port))
 print(json.dumps([port for port in map(int, sys.argv[2:]) if open(port)]))
 """
 """Program that prints which ports of a host accept a connection."""
-WATCH_TIME, PERIOD = 0.5, 0.02
-"""Time for which arms are watched during an attack, and time between two hostile messages [s]."""
-LIFT = 0.02
-"""Height of the motion that hostile setpoints ask for [m]."""
-POSES, DT = 26, 20_000_000
-"""Number of poses of hostile setpoints, and time between two of them [ns]."""
+PERIOD = 0.02
+"""Time between two looks at what the stack says [s]."""
 STILL = 1e-4
 """Motion of a grip that counts as none [m]."""
 FLOOD_RATE, MIN_REFUSED = 4000.0, 0.1
@@ -118,9 +106,8 @@ def run(scenario: Path = DEFAULT_SCENARIO, messages: int = 10**6, json: bool = F
     pool = drawn(valid=True)
     with LiveStack(find(scenario)) as stack:
         # First those that fork: the bus has not been joined yet.
-        for of_an_attacker in (_other_user, _other_machine, _bus_member):
-            attacks += of_an_attacker(stack)
-        attacks += _flood(stack, pool, messages)
+        attacks += [*_other_user(stack), *_other_machine(stack)]
+        attacks += [*_flood(stack, pool, messages), *_run_afterwards(stack)]
     logging.disable(logging.NOTSET)
     report(attacks, json=json)
     return 0 if attacks and all(each.held for each in attacks) else 1
@@ -140,7 +127,7 @@ def _other_user(stack: LiveStack) -> Iterator[Attack]:
     recordings = _recordings(stack)
     if secret is None or not ports or not recordings:
         raise NoControl(f"secret {secret}, ports {ports}, recordings {recordings}")
-    temporary, memory = Path(tempfile.gettempdir()), Path("/dev/shm").iterdir()
+    temporary = Path(tempfile.gettempdir())
     lawful = encoder.loads(secret.read_text())
     token = stack.address.partition("token=")[2]
     hidden = (lawful[PASSWORD].encode(), token.encode())
@@ -171,11 +158,6 @@ def _other_user(stack: LiveStack) -> Iterator[Attack]:
     for attempt, things, attack in (
         ("read the bus's password", [secret, secret.with_suffix(".users")], Path.read_bytes),
         ("list private folders", [*temporary.glob("lariat-*"), secret.parent], os.listdir),
-        (
-            "read shared memory",
-            [p for p in memory if p.stat().st_uid == os.getuid()],
-            Path.read_bytes,
-        ),
         ("read recordings", recordings, Path.read_bytes),
         ("reach the page's inner socket", list(temporary.glob("lariat-page-*/viser")), _connect),
         ("find a secret in a command line", [p / "cmdline" for p in processes], find_secret),
@@ -329,82 +311,19 @@ def _flood(
     yield Attack(who, f"{count:,} messages of all types", outcome, held)
 
 
-def _bus_member(stack: LiveStack) -> Iterator[Attack]:
-    """Publish setpoints, commands and scenes that nobody asked for, then run lawfully."""
-    who = "a process with the bus's password"
+def _run_afterwards(stack: LiveStack) -> Iterator[Attack]:
+    """Restore the scene, arm and run, as a person does after all of this."""
     with stack.connect() as client:
-        state = client.newest_arm_state()
-        if not state.may_move:
-            raise NoControl(f"the cell does not stand ready: {state.reason}")
-        setpoints = client.matched_publisher(topics.ARM_SETPOINTS)
-        commands = client.matched_publisher(topics.ARM_COMMAND)
-        scenes = client.matched_publisher(topics.SCENE_STATE)
-        approach, writer = ArmCommand.APPROACH, state.next_session
-        former = {"action": approach, "boot": "robot_gateway-0", "answers": state.stamp}
-        old = {"action": approach, "boot": state.boot, "answers": 1}
-
-        def lift(session: str, sequence: int) -> None:
-            setpoints.put(_lifting(client, state, session, sequence))
-
-        for attempt, put in (
-            ("setpoints under a session of its own", lambda k: lift("stranger", k)),
-            (
-                "setpoints of the controller, run ahead",
-                lambda k: lift(writer, MAX_INTEGER - 1000 + k),
-            ),
-            ("setpoints of the controller, in its past", lambda k: lift(writer, 0)),
-            (
-                "an approach in the name of a former gateway",
-                lambda k: commands.put(ArmCommand(id=f"hostile-{k}-former", **former)),
-            ),
-            (
-                "an approach that answers an old state",
-                lambda k: commands.put(ArmCommand(id=f"hostile-{k}-old", **old)),
-            ),
-            ("a scene without obstacles", lambda k: scenes.put(Scene(revision=10**6 + k))),
-        ):
-            moved = _motion(client, put)
-            yield Attack(who, attempt, f"moves a grip by {1e3 * moved:.2f} mm", moved < STILL)
         operator, failure = Operator(client), ""
         try:
+            client.command_arms(ArmCommand.DISARM)
+            client.request_task(TaskRequest.RESTORE)
+            client.command_arms(ArmCommand.ARM)
             operator.run_to_goal(RUN_TIMEOUT)
-        except DeadlineMissed as missed:
-            failure = str(missed)
-        outcome = failure or f"reaches the goal after {len(operator.stops)} acknowledged stops"
-        yield Attack("a person", "a run after all of this", outcome, not failure)
-
-
-def _lifting(client: Client, state: ArmStates, session: str, sequence: int) -> Setpoints:
-    """Setpoints that lift every arm from where it is."""
-    share = np.clip(np.linspace(0.0, 1.2, POSES), 0.0, 1.0)[:, None]
-    lift = share**2 * (3.0 - 2.0 * share) * np.array([0.0, 0.0, LIFT])
-    arms = [
-        ArmSetpoints(
-            arm=arm.arm,
-            positions=(np.array(arm.position) + lift).ravel().tolist(),
-            orientations=np.tile(arm.orientation, (POSES, 1)).ravel().tolist(),
-        )
-        for arm in state.arms
-    ]
-    number = max(sequence, 1)
-    message = Setpoints(session=session, sequence=number, t0=client.now(), dt=DT, arms=arms)
-    # One that the check of the bus drops would prove nothing of the gateway.
-    validation.decode(topics.ARM_SETPOINTS, message.SerializeToString())
-    return message
-
-
-def _motion(client: Client, put: Callable[[int], object]) -> float:
-    """Return how far a grip moves while hostile messages are published [m]."""
-    begin = _positions(client.newest_arm_state())
-    end, moved, k = time.monotonic() + WATCH_TIME, 0.0, 0
-    states = client.bus.subscribe(topics.ARM_STATE)
-    while time.monotonic() < end:
-        put(k)
-        k += 1
-        time.sleep(PERIOD)
-        for _, item in states.take():
-            moved = max(moved, float(np.max(np.abs(_positions(item.message) - begin))))
-    return moved
+        except (DeadlineMissed, RequestFailed) as error:
+            failure = str(error)
+    outcome = failure or f"reaches the goal after {len(operator.stops)} acknowledged stops"
+    yield Attack("a person", "a run after all of this", outcome, not failure)
 
 
 def _positions(state: ArmStates) -> np.ndarray:

@@ -6,6 +6,7 @@ import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from benchmarks.faults.cell import FaultCell
 from benchmarks.faults.tcp_proxy import LineCommand, LineCondition
@@ -32,8 +33,6 @@ BLIND_TIME = 0.5
 class FaultCase:
     """Fault in the middle of a motion."""
 
-    description: str
-    """Fault in words."""
     inject: Action
     """Injection of the fault."""
     causes: tuple[str, ...]
@@ -64,65 +63,48 @@ def _send(name: str, number: signal.Signals) -> Action:
     return lambda cell: cell.send_signal(name, number)
 
 
-def _killed(
-    name: str,
-    *causes: str,
-    effect: float = 0.0,
-    silence: str = "hold",
-    promised: bool = True,
-) -> FaultCase:
-    inject = _send(name, signal.SIGKILL)
-    description = f"{name}: kill -9" + (
-        f", the arm then: {silence}" if name == "robot_gateway" else ""
-    )
-    return FaultCase(
-        description,
-        inject,
-        causes,
-        effect=effect,
-        restarted=(name,),
-        silence=silence,
-        promised=promised,
-    )
+def _killed(*names: str, causes: tuple[str, ...] = (), **more: Any) -> FaultCase:
+    """Kill processes at once, which the launcher starts again."""
 
-
-def _killed_together(first: str, second: str, *causes: str) -> FaultCase:
     def kill(cell: FaultCell) -> None:
-        for name in (first, second):
+        for name in names:
             cell.send_signal(name, signal.SIGKILL)
 
-    description = f"{first} and {second}: kill -9 at once"
-    return FaultCase(description, kill, causes, restarted=(first, second))
+    return FaultCase(kill, causes, restarted=names, **more)
 
 
-def _frozen(
-    name: str,
-    *causes: str,
-    effect: float = 0.0,
-    duration: float = 1.0,
-    point_in_flight: bool = False,
-    silence: str = "hold",
-) -> FaultCase:
+def _frozen(name: str, *causes: str, **more: Any) -> FaultCase:
     return FaultCase(
-        f"{name}: SIGSTOP" + (f", the arm then: {silence}" if name == "robot_gateway" else ""),
-        _send(name, signal.SIGSTOP),
-        causes,
-        repair=_send(name, signal.SIGCONT),
-        effect=effect,
-        duration=duration,
-        point_in_flight=point_in_flight,
-        silence=silence,
+        _send(name, signal.SIGSTOP), causes, repair=_send(name, signal.SIGCONT), **more
     )
 
 
-def _raised(name: str, *causes: str, effect: float = 0.0, promised: bool = True) -> FaultCase:
+def _raised(name: str, *causes: str, **more: Any) -> FaultCase:
+    """Raise an exception at an arbitrary line."""
+    return FaultCase(_send(name, signal.SIGUSR1), causes, restarted=(name,), **more)
+
+
+def _slowed(name: str) -> FaultCase:
+    """Let a process run half of the time for 1 s."""
+    return FaultCase(lambda cell: cell.slow_down(name, 1.0), SLOWED_CAUSES, keeps_up=True)
+
+
+def _line(condition: LineCondition, *causes: str, **more: Any) -> FaultCase:
+    return FaultCase(_command_line(condition), causes, repair=_command_line("normal"), **more)
+
+
+def _command_line(command: LineCommand) -> Action:
+    return lambda cell: cell.emulated.command_line(command)
+
+
+def _ended(inject: Action, duration: float) -> FaultCase:
+    """End the whole stack, and start it again."""
     return FaultCase(
-        f"{name}: an exception at an arbitrary line",
-        _send(name, signal.SIGUSR1),
-        causes,
-        effect=effect,
-        restarted=(name,),
-        promised=promised,
+        inject,
+        ("boot",),
+        repair=lambda cell: cell.start_stack(),
+        stack_ends=True,
+        duration=duration,
     )
 
 
@@ -135,124 +117,66 @@ def _interrupt_twice(cell: FaultCell) -> None:
 
 def _kill_until_given_up(cell: FaultCell) -> float:
     """Kill the planner whenever it is ready, until the launcher gives it up."""
+    is_ready = lambda: cell.process_state("planner") == "ready"  # noqa: E731
     for _ in range(MAX_DEATHS):
-        cell.wait_until(
-            lambda: cell.process_state("planner") == "ready", BOOT_TIMEOUT, "no planner"
-        )
+        cell.wait_until(is_ready, BOOT_TIMEOUT, "no planner")
         cell.send_signal("planner", signal.SIGKILL)
-        cell.wait_until(
-            lambda: cell.process_state("planner") != "ready", BOOT_TIMEOUT, "the planner lives on"
-        )
+        cell.wait_until(lambda: not is_ready(), BOOT_TIMEOUT, "the planner lives on")
     return cell.now()
 
 
-def _slowed(name: str) -> FaultCase:
-    return FaultCase(
-        f"{name}: runs half of the time for 1 s, 20 ms on and 20 ms off",
-        lambda cell: cell.slow_down(name, 1.0),
-        SLOWED_CAUSES,
-        keeps_up=True,
-    )
-
-
-def _line(
-    condition: LineCondition, description: str, *causes: str, promised: bool = True
-) -> FaultCase:
-    return FaultCase(
-        f"line: {description}",
-        _command_line(condition),
-        causes,
-        repair=_command_line("normal"),
-        promised=promised,
-    )
-
-
-def _command_line(command: LineCommand) -> Action:
-    return lambda cell: cell.emulated.command_line(command)
-
+_BLIND = {"causes": ("writer_holds",), "effect": BLIND_TIME}
+_SILENT = {"causes": ("silence", "new_writer")}
+_SUSPENDED = ("stalled", "alarm", "lost_link")
 
 CASES: dict[str, FaultCase] = {
-    "controller-killed": _killed("controller", "silence", "new_writer"),
+    "controller-killed": _killed("controller", **_SILENT),
     "controller-frozen": _frozen("controller", "silence"),
-    "perception-killed": _killed("perception", "writer_holds", effect=BLIND_TIME),
+    "perception-killed": _killed("perception", **_BLIND),
     "perception-frozen": _frozen("perception", "writer_holds", effect=BLIND_TIME),
     "planner-killed": _killed("planner"),
     "planner-frozen": _frozen("planner"),
-    "sim-killed": _killed("sim", "writer_holds", effect=BLIND_TIME),
+    "sim-killed": _killed("sim", **_BLIND),
     "sim-frozen": _frozen("sim", "writer_holds", effect=BLIND_TIME),
     "recorder-killed": _killed("recorder"),
     "recorder-frozen": _frozen("recorder", duration=5.0),
     "dashboard-killed": _killed("dashboard"),
     "dashboard-frozen": _frozen("dashboard", duration=5.0),
     "hub-frozen": _frozen("lariat"),
-    "gateway-frozen": _frozen("robot_gateway", "stalled", "alarm", "lost_link"),
-    "gateway-frozen-coast": _frozen(
-        "robot_gateway", "stalled", "alarm", "lost_link", silence="coast"
-    ),
-    "gateway-killed": _killed("robot_gateway", "boot"),
-    "gateway-killed-coast": _killed("robot_gateway", "boot", silence="coast"),
-    "gateway-killed-alarm": _killed("robot_gateway", "boot", silence="alarm"),
-    "guard-killed": FaultCase(
-        "the gateway's guard of the arm: kill -9",
-        lambda cell: cell.send_signal("guard", signal.SIGKILL),
-        (),
-    ),
-    "gateway-and-controller-killed": _killed_together("robot_gateway", "controller", "boot"),
-    "gateway-and-planner-killed": _killed_together("robot_gateway", "planner", "boot"),
-    "controller-and-perception-killed": _killed_together(
-        "controller", "perception", "silence", "new_writer"
-    ),
-    "controller-raises": _raised("controller", "silence", "new_writer"),
+    "gateway-frozen": _frozen("robot_gateway", *_SUSPENDED),
+    "gateway-frozen-coast": _frozen("robot_gateway", *_SUSPENDED, silence="coast"),
+    "gateway-killed": _killed("robot_gateway", causes=("boot",)),
+    "gateway-killed-coast": _killed("robot_gateway", causes=("boot",), silence="coast"),
+    "gateway-killed-alarm": _killed("robot_gateway", causes=("boot",), silence="alarm"),
+    "guard-killed": FaultCase(_send("guard", signal.SIGKILL), ()),
+    "gateway-and-controller-killed": _killed("robot_gateway", "controller", causes=("boot",)),
+    "gateway-and-planner-killed": _killed("robot_gateway", "planner", causes=("boot",)),
+    "controller-and-perception-killed": _killed("controller", "perception", **_SILENT),
+    "controller-raises": _raised("controller", *_SILENT["causes"]),
     "gateway-raises": _raised("robot_gateway", "boot"),
     "perception-raises": _raised("perception", "writer_holds", effect=BLIND_TIME),
     "controller-slowed": _slowed("controller"),
     "gateway-slowed": _slowed("robot_gateway"),
     "arm-killed": FaultCase(
-        "arm: its controller dies",
         lambda cell: cell.emulated.kill_emulator(),
         ("lost_link",),
         repair=lambda cell: cell.emulated.start_emulator(),
     ),
     "other-arm-killed": FaultCase(
-        "the other arm: its controller dies",
         lambda cell: cell.emulated.kill_other_emulator(),
         ("lost_link",),
         repair=lambda cell: cell.emulated.start_other_emulator(),
         two_arms=True,
     ),
     "arm-frozen": _frozen("emulator", "lost_link", point_in_flight=True),
-    "line-cut": FaultCase("line: every connection closed", _command_line("cut"), ("lost_link",)),
-    "line-blocked": _line("blocked", "nothing passes", "lost_link"),
-    "line-delayed": _line("delayed", "200 ms late, both ways", "lost_link", "tracking"),
-    "line-fragmented": _line("fragmented", "in pieces of 1 to 300 bytes"),
+    "line-cut": FaultCase(_command_line("cut"), ("lost_link",)),
+    "line-blocked": _line("blocked", "lost_link"),
+    "line-delayed": _line("delayed", "lost_link", "tracking"),
+    "line-fragmented": _line("fragmented"),
     "line-corrupted": _line(
-        "corrupted",
-        "a wrong byte in a tenth of the arm's segments",
-        *("", "lost_link", "tracking", "writer_holds"),
-        promised=False,
+        "corrupted", "", "lost_link", "tracking", "writer_holds", promised=False
     ),
-    "hub-killed": FaultCase(
-        "lariat up: kill -9, and with it the bus's hub",
-        _send("lariat", signal.SIGKILL),
-        ("boot",),
-        repair=lambda cell: cell.start_stack(),
-        stack_ends=True,
-        duration=2.5,
-    ),
-    "interrupted-twice": FaultCase(
-        "lariat up: Ctrl-C twice, which kills every process",
-        _interrupt_twice,
-        ("boot",),
-        repair=lambda cell: cell.start_stack(),
-        stack_ends=True,
-        duration=2.5,
-    ),
-    "deaths-in-a-row": FaultCase(
-        "planner: kill -9 three times, so that the launcher ends the stack",
-        _kill_until_given_up,
-        ("boot",),
-        repair=lambda cell: cell.start_stack(),
-        stack_ends=True,
-        duration=4.0,
-    ),
+    "hub-killed": _ended(_send("lariat", signal.SIGKILL), 2.5),
+    "interrupted-twice": _ended(_interrupt_twice, 2.5),
+    "deaths-in-a-row": _ended(_kill_until_given_up, 4.0),
 }

@@ -41,7 +41,6 @@ BENCHES: dict[str, Bench] = {
     "faults attacks": Bench("benchmarks.faults.attacks", "attacks by those who may not use it"),
     "faults holds": Bench("benchmarks.faults.holds", "HOLD of a page that others attack"),
     "faults chunks": Bench("benchmarks.faults.chunks", "the gateway's tick with longest chunks"),
-    "faults router": Bench("benchmarks.faults.router", "the bus's router killed in motion"),
     "faults recordings": Bench(
         "benchmarks.faults.recordings", "what a recording loses when its stack is stopped or killed"
     ),

@@ -16,6 +16,7 @@ from benchmarks.faults.arms import OTHER_SIDE, Arms
 from benchmarks.faults.cases import CASES
 from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
 from benchmarks.faults.fault_trial import FaultResult, Phase, run_trial
+from benchmarks.faults.routed_cell import RoutedCell
 from benchmarks.operator import DeadlineMissed
 from benchmarks.tables import report
 from lariat.configuration import ConfigurationError
@@ -39,7 +40,8 @@ def run(
     """Inject faults into a live cell and measure how the arm stops.
 
     Processes are killed, frozen, slowed or raise an exception, and the arm's connection is
-    disturbed. Needs the loopback addresses 127.0.0.41 to 127.0.0.43 and about 12 s for each case.
+    disturbed; `router-killed` has a stack of its own, whose processes meet at a router. Needs the
+    loopback addresses 127.0.0.41 to 127.0.0.43 and about 12 s for each case.
 
     Args:
         cases: Names of the faults, as in the first column; by default all that the scenario allows.
@@ -54,7 +56,8 @@ def run(
         0 when every promise of docs/concepts/safety.md was kept, 1 otherwise.
     """
     two_arms = load(scenario).end(OTHER_SIDE).driver == "cr5"
-    chosen = cases or tuple(n for n, case in CASES.items() if two_arms or not case.two_arms)
+    usual = {n: case for n, case in CASES.items() if not case.routed}
+    chosen = cases or tuple(n for n, case in usual.items() if two_arms or not case.two_arms)
     for name in chosen:
         if name not in CASES:
             raise ConfigurationError(f"no case {name!r}; expected one of {', '.join(CASES)}")
@@ -62,6 +65,8 @@ def run(
             raise ConfigurationError(
                 f"{name} needs two arms; try --scenario scenarios/two-arms.toml"
             )
+        if CASES[name].routed and len(chosen) > 1:
+            raise ConfigurationError(f"{name} needs a stack of its own; give it alone")
     with tempfile.TemporaryDirectory() as folder:
         results = _run_trials(chosen, phases, seconds, Arms(scenario, Path(folder), firmware))
     report(results, f"firmware {firmware}", json=json)
@@ -76,7 +81,7 @@ def _run_trials(
     silence = "hold"
     with ExitStack() as cleanup:
         cleanup.callback(arms.close)
-        cell = FaultCell(arms)
+        cell = (RoutedCell if CASES[chosen[0]].routed else FaultCell)(arms)
         cleanup.callback(cell.end_stack)
         try:
             heard = lambda: bool(cell.states) and bool(cell.task.ByteSize())  # noqa: E731

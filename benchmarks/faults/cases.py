@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.faults.cell import FaultCell
+from benchmarks.faults.routed_cell import RoutedCell
 from benchmarks.faults.tcp_proxy import LineCommand, LineCondition
 from stack.launcher.launcher import MAX_DEATHS
 
@@ -53,6 +54,8 @@ class FaultCase:
     """Reaction of the arm when servo points stop."""
     two_arms: bool = False
     """Whether the fault is that of the other arm."""
+    routed: bool = False
+    """Whether every process is a client of a router."""
     promised: bool = True
     """Whether the arm must brake within the time limit."""
     keeps_up: bool = False
@@ -106,6 +109,18 @@ def _ended(inject: Action, duration: float) -> FaultCase:
         stack_ends=True,
         duration=duration,
     )
+
+
+def _kill_router(cell: FaultCell) -> None:
+    assert isinstance(cell, RoutedCell)
+    cell.router.kill()
+    cell.router.wait()
+
+
+def _start_router(cell: FaultCell) -> None:
+    assert isinstance(cell, RoutedCell)
+    cell.start_router()
+    cell.await_all()
 
 
 def _interrupt_twice(cell: FaultCell) -> None:
@@ -179,4 +194,7 @@ CASES: dict[str, FaultCase] = {
     "hub-killed": _ended(_send("lariat", signal.SIGKILL), 2.5),
     "interrupted-twice": _ended(_interrupt_twice, 2.5),
     "deaths-in-a-row": _ended(_kill_until_given_up, 4.0),
+    "router-killed": FaultCase(
+        _kill_router, ("silence",), repair=_start_router, duration=4.0, routed=True
+    ),
 }

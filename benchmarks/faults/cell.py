@@ -66,11 +66,6 @@ class FaultCell(Operator):
         """Disconnect, and end what is left of the stack."""
         self._open.close()
 
-    def close(self) -> None:
-        """End everything."""
-        self.end_stack()
-        self.emulated.close()
-
     def send_signal(self, name: str, number: signal.Signals) -> None:
         """Send a signal to a process.
 

@@ -82,13 +82,8 @@ class OpenPages:
             self._loop.close()
 
     async def _read_all(self) -> None:
-        origin = f"http://{urlsplit(self._address).netloc}"
         async with aiohttp.ClientSession() as session:
-            async with session.get(self._address) as answer:
-                entrance = await answer.text()
-                cookie = answer.headers["Set-Cookie"].partition(";")[0]
-            page = origin + entrance.partition("url=")[2].partition('"')[0].rstrip("/")
-            headers = {"Cookie": cookie, "Origin": origin}
+            page, headers = await admitted(session, self._address)
             await asyncio.gather(*(self._keep(session, page, headers) for _ in range(self._count)))
 
     async def _keep(
@@ -115,3 +110,13 @@ class OpenPages:
                 self.received += len(message.data or b"")
                 if self._pause:
                     await asyncio.sleep(self._pause)
+
+
+async def admitted(session: aiohttp.ClientSession, address: str) -> tuple[str, dict[str, str]]:
+    """Open the address that the dashboard printed; return that of its page, and its headers."""
+    origin = f"http://{urlsplit(address).netloc}"
+    async with session.get(address) as answer:
+        entrance = await answer.text()
+        cookie = answer.headers["Set-Cookie"].partition(";")[0]
+    page = origin + entrance.partition("url=")[2].partition('"')[0].rstrip("/")
+    return page, {"Cookie": cookie, "Origin": origin}

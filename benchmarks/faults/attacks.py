@@ -68,7 +68,7 @@ LISTEN_TIME = 3.0
 """Time in which it is heard who belongs to the stack [s]."""
 HOLD_PERIOD, HOLD_TIMEOUT = 1.0, 3.0
 """Time between two holds during a flood, and longest time until one is confirmed [s]."""
-RUN_TIMEOUT = 60.0
+RUN_TIMEOUT = 180.0
 """Longest wait for the goal of the lawful run afterwards [s]."""
 
 
@@ -128,6 +128,7 @@ def _other_user(stack: LiveStack) -> Iterator[Attack]:
     if secret is None or not ports or not recordings:
         raise NoControl(f"secret {secret}, ports {ports}, recordings {recordings}")
     temporary = Path(tempfile.gettempdir())
+    inner = [*temporary.glob("lariat-page-*/viser"), *temporary.glob("lariat-up-*/bus-*")]
     lawful = encoder.loads(secret.read_text())
     token = stack.address.partition("token=")[2]
     hidden = (lawful[PASSWORD].encode(), token.encode())
@@ -159,7 +160,7 @@ def _other_user(stack: LiveStack) -> Iterator[Attack]:
         ("read the bus's password", [secret, secret.with_suffix(".users")], Path.read_bytes),
         ("list private folders", [*temporary.glob("lariat-*"), secret.parent], os.listdir),
         ("read recordings", recordings, Path.read_bytes),
-        ("reach the page's inner socket", list(temporary.glob("lariat-page-*/viser")), _connect),
+        ("reach an inner socket", inner, _connect),
         ("find a secret in a command line", [p / "cmdline" for p in processes], find_secret),
         ("read a process's environment", [p / "environ" for p in processes], Path.read_bytes),
         ("freeze a process", pids, lambda pid: os.kill(pid, signal.SIGSTOP)),

@@ -47,6 +47,8 @@ RECORDINGS = RecorderOptions().folder
 """Folder of the recorder."""
 MAX_PORT = 65535
 """Largest TCP port."""
+MAX_SOCKET_PATH = 100
+"""Longest path of a socket, less than every system allows [bytes]."""
 CAMPAIGN_FOLDER = RECORDINGS / "campaigns"
 """Folder of the tables of campaigns."""
 
@@ -109,15 +111,20 @@ def _run(options: UpOptions, fork_server: ForkServer, scenario: Path, cell: Scen
         # become of the file.
         own = write(started, Path(tempfile.mkdtemp(dir=folder)), path.stem)
         common = ("--scenario", str(own), *bus_arguments)
+        any_port = "tcp/127.0.0.1:0"
+        inner = {
+            name: (*common, "--listen", _inner_endpoint(folder, name) or any_port) for name in parts
+        }
         emulators = [emulator_program(side, own) for side in arms]
-        return emulators + [service_program(name, common, arms, more) for name in parts]
+        return emulators + [service_program(name, inner[name], arms, more) for name in parts]
 
     with (
-        local_secret(options.port) as settings,
         TemporaryFolder("lariat-up-") as temporary,
+        local_secret(options.port) as settings,
     ):
         folder = temporary.path
-        bus_arguments = ("--namespace", options.namespace, "--connect", endpoint)
+        inner_hub = _inner_endpoint(folder, "hub") or endpoint
+        bus_arguments = ("--namespace", options.namespace, "--connect", inner_hub)
         bus_arguments += ("--settings", str(settings))
         # Command lines are public, so a file hands over the token; a restart takes it again.
         token = folder / "token"
@@ -134,13 +141,23 @@ def _run(options: UpOptions, fork_server: ForkServer, scenario: Path, cell: Scen
         more = {"dashboard": page, "recorder": recorder, "ros2": ros2}
         library = ScenarioLibrary(options.saved_scenarios, scenario)
         campaigns = Campaigns(CAMPAIGN_FOLDER, folder / "campaign", _trial_command)
-        hub = BusOptions(options.namespace, connect=(), listen=(endpoint,), settings=settings)
+        listen = tuple({endpoint, inner_hub})
+        hub = BusOptions(options.namespace, connect=(), listen=listen, settings=settings)
         with buses.open(hub, "lariat") as bus:
             _await_check(check)
             switch = ScenarioManager(
                 library, scenario, folder / "started", _check_command, campaigns, programs
             )
             return Launcher(switch.programs, bus, console, switch, fork_server).run(print_ready)
+
+
+def _inner_endpoint(folder: Path, name: str) -> str:
+    """Return the endpoint of a process in a folder that other users may not enter; empty: too long.
+
+    Every user of the machine can connect to a port, and so keep a process busy with refusals.
+    """
+    path = os.fsencode(folder / f"bus-{name}")
+    return f"unixsock-stream/{os.fsdecode(path)}" if len(path) <= MAX_SOCKET_PATH else ""
 
 
 def _open_browser(address: str, folder: Path) -> None:

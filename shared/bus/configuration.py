@@ -22,6 +22,8 @@ ONE_SIDE_CONNECTS = {"peer": {"to_router": "always", "to_peer": "greater-zid"}}
 """Strategy by which one of two peers that hear of each other connects, the one with the greater id.
 
 Where both connect at once, each may close the other's link, and neither tries again."""
+PENDING_CONNECTIONS = 8192
+"""Most connections that have not said who they are: a crowd of them keeps nobody from joining."""
 SECRET_SETTINGS = ("transport/auth", "transport/link/tls")
 """First part of the settings whose values are secret."""
 
@@ -48,6 +50,7 @@ def zenoh_configuration(options: BusOptions, timeout: float | None) -> zenoh.Con
         # /dev/shm belongs to all users of the machine: one that fills it would keep processes out.
         "transport/shared_memory/enabled": False,
         "transport/link/tx/lease": FROZEN_LEASE_MS,
+        "transport/unicast/accept_pending": PENDING_CONNECTIONS,
         "transport/link/rx/max_message_size": MAX_IMAGE_SIZE + HEADER_SIZE,
         "low_pass_filter": _size_filters(options.namespace),
     }

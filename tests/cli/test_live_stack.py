@@ -14,8 +14,10 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
+from benchmarks.child_processes import child_processes
 from shared import topics
 from shared.messages import REACHED, ArmStates
 from shared.recording import Recording
@@ -88,6 +90,15 @@ class Live:
         until(known)
         return pids[service]
 
+    def listening(self) -> set[str]:
+        """Names of the processes that listen where every user of the machine can connect."""
+        launcher = psutil.Process(self.process.pid)
+        names = {launcher.pid: "__main__", **child_processes(launcher.pid)}
+        heard = {pid: psutil.Process(pid).net_connections("tcp") for pid in names}
+        return {
+            names[pid] for pid in names if any(c.status == psutil.CONN_LISTEN for c in heard[pid])
+        }
+
     def arms(self) -> list[ArmStates]:
         return [i.message for _, i in self.arm.take()]
 
@@ -135,6 +146,7 @@ def test_the_stack_reaches_its_goal_survives_a_death_and_records_it(
     assert live.say("goal", str(SCENARIO))["state"] == "idle"
     assert live.say("start")["state"] == "running"
     live.until_moving(60.0)
+    assert live.listening() <= {"__main__", "dashboard"}, "others reach hub and page alone"
 
     # The controller dies in the middle of a motion; the file of the cell is not there any more.
     live.scenario.unlink()

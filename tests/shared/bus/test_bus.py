@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import logging
+import socket
 import subprocess
 import sys
 import threading
@@ -365,3 +366,13 @@ def test_made_up_keys_of_a_topic_fill_no_memory(cell: Cell) -> None:
         until(arrived)
     assert len(keys) == buses.MAX_KEYS
     assert subscription.refused == buses.MAX_KEYS
+
+
+def test_a_crowd_that_says_nothing_keeps_nobody_from_joining() -> None:
+    port = free_port()
+    hub = f"tcp/127.0.0.1:{port}"
+    with ExitStack() as stack:
+        stack.enter_context(buses.open(BusOptions("cell", (), (hub,)), "hub"))
+        for _ in range(300):
+            stack.enter_context(socket.create_connection(("127.0.0.1", port)))
+        stack.enter_context(buses.open(BusOptions("cell", (hub,)), "late", timeout=2.0))

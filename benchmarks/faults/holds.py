@@ -90,9 +90,9 @@ class Holds:
 class Page:
     """Page that was opened with the printed address."""
 
-    def __init__(self, session: aiohttp.ClientSession, address: str) -> None:
-        self._session, self._address = session, address
-        self.port = urlsplit(address).port or 80
+    def __init__(self, session: aiohttp.ClientSession, stack: LiveStack) -> None:
+        self._session, self._address = session, stack.address
+        self.port, self.hub_port = urlsplit(stack.address).port or 80, stack.port
         self.buttons: list[str] = []
         """Buttons that take a file."""
         self.notes = 0
@@ -178,9 +178,9 @@ async def _uploads(page: Page) -> AsyncIterator[Count]:
 
 
 @asynccontextmanager
-async def _crowd(page: Page) -> AsyncIterator[Count]:
-    """Open connections as another user."""
-    command = [sys.executable, "-S", "-c", CROWD, str(page.port), str(CONNECTIONS)]
+async def _crowd(page: Page, port: int = 0) -> AsyncIterator[Count]:
+    """Open connections as another user, to the page or to another port."""
+    command = [sys.executable, "-S", "-c", CROWD, str(port or page.port), str(CONNECTIONS)]
     crowd = subprocess.Popen(command, stdout=subprocess.PIPE)
     assert crowd.stdout is not None
     os.set_blocking(crowd.stdout.fileno(), False)
@@ -203,6 +203,7 @@ CASES: dict[str, tuple[Callable[[Page], AbstractAsyncContextManager[Count]], int
     "idle": (_none, 1),
     "ten of the worst files at once": (_uploads, 1),
     "5,000 connections of another user": (_crowd, CONNECTIONS),
+    "5,000 to the bus": (lambda page: _crowd(page, page.hub_port), CONNECTIONS),
 }
 """Attacks during which HOLD is pressed, by name, and how many of them must arrive meanwhile."""
 ARRIVAL_TIMEOUT = 180.0
@@ -230,15 +231,15 @@ def run(
         if name not in CASES:
             raise ConfigurationError(f"no case {name!r}; expected one of {', '.join(CASES)}")
     with LiveStack(find(scenario)) as stack:
-        results = asyncio.run(_press_all(stack.address, cases, seconds))
+        results = asyncio.run(_press_all(stack, cases, seconds))
     report(results, f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}", json=json)
     return 0 if results and all(each.ok for each in results) else 1
 
 
-async def _press_all(address: str, cases: tuple[str, ...], seconds: float) -> list[Holds]:
+async def _press_all(stack: LiveStack, cases: tuple[str, ...], seconds: float) -> list[Holds]:
     # One page, which has the controls: others may not upload.
     async with aiohttp.ClientSession() as session:
-        page = Page(session, address)
+        page = Page(session, stack)
         await page.open()
         return [await _press(page, case, seconds) for case in cases]
 

@@ -174,7 +174,7 @@ def read(
         ) from error
     with refusing(path):
         vertices, own_dt, prescribed = values
-        if np.issubdtype(vertices.dtype, np.number) and vertices.ndim and vertices.shape[-1] == 3:
+        if vertices.dtype.kind in "fiu" and vertices.ndim and vertices.shape[-1] == 3:
             vertices = with_z_up(scale * vertices, up)
         return check_motion(vertices, own_dt if dt is None else dt, prescribed, grip)
 

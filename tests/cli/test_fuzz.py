@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 import cv2
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.faults.hostile_messages import spoiled
@@ -149,6 +149,9 @@ MOTION_OPTIONS = ("fit-seconds", "bending-stiffness", "linear-density", "diamete
 
 @fuzz
 @given(MOTIONS, st.sampled_from(MOTION_OPTIONS), NUMBERS)
+@example(
+    {"vertices": motion((1, 12, 4, 3), 1.0, "c16", np.inf), "dt": 0, "prescribed": []}, "dt", 1
+)
 def test_motions(
     call: Call, tmp_path: Path, arrays: dict[str, Any], option: str, number: float
 ) -> None:

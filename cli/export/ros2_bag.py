@@ -23,9 +23,8 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from cli.export.drawn_messages import drawn_messages
 from shared.cell_description import cell_urdf
 from shared.recording import Recording
-from shared.ros2.outputs import robot_description
 from shared.ros2.table import Table
-from shared.ros2.types import STORE
+from shared.ros2.types import STORE, ros
 
 BAG_VERSION = 9
 """Version of the bag's metadata."""
@@ -72,7 +71,7 @@ def write(recording: Recording, folder: Path) -> str:
 
         for drawn in drawn_messages(recording):
             if not count:
-                message = robot_description(table.urdf(urdf))
+                message = ros(table.description.type, data=table.urdf(urdf))
                 put(table.description.name, message, drawn.log_time, latched=True)
             with recording.door.guard(f"{drawn.key} in {recording.path}"):
                 for output, message in table.recorded(drawn.key, drawn.message):

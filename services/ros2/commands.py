@@ -124,12 +124,8 @@ class Commands:
         return id
 
     def _answer(self, inbox: Inbox, now: int) -> None:
-        task, scene = inbox.latest(topics.TASK_STATE), inbox.latest(topics.SCENE_STATE)
-        answers: list[tuple[str, str]] = []
-        if task is not None:
-            answers.append((task.message.last_request, task.message.refusal))
-        if scene is not None:
-            answers.append((scene.message.last_request, scene.message.refusal))
+        states = [inbox.latest(topic) for topic in (topics.TASK_STATE, topics.SCENE_STATE)]
+        answers = [(s.message.last_request, s.message.refusal) for s in states if s is not None]
         for arms in inbox.every(topics.ARM_STATE):
             answers.append((arms.message.last_command, arms.message.refusal))
         for id, refusal in answers:
@@ -142,9 +138,7 @@ class Commands:
         pending = self._pending.pop(id)
         pending.outcome = success, message
         if pending.asked is not None:
-            pending.asked.reply(
-                ros("std_srvs/srv/Trigger_Response", success=success, message=message)
-            )
+            pending.asked.reply(ros(f"{TRIGGER}_Response", success=success, message=message))
         elif not success:
             self._door.refuse("ROS 2 request", message)
 

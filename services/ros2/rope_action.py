@@ -31,8 +31,8 @@ class RopeAction:
         self._starting = self._stopping = False
         self._feedback_time = 0
 
-    def step(self, inbox: Inbox, now: int) -> None:
-        """Take goals, and go on with the one that is executed."""
+    def step(self, inbox: Inbox, now: int) -> tuple[()]:
+        """Take goals, and go on with the one that is executed; what it asks, the commands send."""
         for goal in self._server.take():
             with self._door.guard("ROS 2 shape_rope") as outcome:
                 message = self._commands.goal_of(goal.message.goal)
@@ -44,12 +44,11 @@ class RopeAction:
                 self._end(Status.ABORTED, inbox, "another goal has taken its place")
             self._goal, self._starting, self._stopping = goal, False, False
             self._request = self._commands.request_task(TaskRequest.SET_GOAL, now, goal=message)
-        if self._goal is None:
-            return
         if self._request is not None:
             self._follow_request(inbox, now)
-        else:
+        elif self._goal is not None:
             self._follow_run(inbox, now)
+        return ()
 
     def _follow_request(self, inbox: Inbox, now: int) -> None:
         """Wait for the answer to a request; after the goal, start."""

@@ -15,13 +15,11 @@ from shared.cell_description import cell_urdf
 from shared.door import Door
 from shared.frames import Frames
 from shared.ros2.node import Node, Publisher
-from shared.ros2.outputs import Output, robot_description
+from shared.ros2.outputs import Output
 from shared.ros2.table import Table
+from shared.ros2.types import ros
 from shared.runtime.service import Inbox, Publication
 from shared.topics import Topic
-
-REFRESH_PERIOD = SECOND
-"""Time after which fixed frames are published again [ns]."""
 
 
 class Ros2Service:
@@ -56,10 +54,9 @@ class Ros2Service:
         self._due: dict[tuple[str, str], int] = {}
         """Time of the next message of each publisher that has a largest rate [ns]."""
         self._node: Node | None = None
-        self._commands: Commands | None = None
-        self._action: RopeAction | None = None
-        self._arm_action: ArmAction | None = None
-        self._refreshed = -REFRESH_PERIOD
+        self._takers: list[Commands | RopeAction | ArmAction] = []
+        self._fixed_due = True
+        """Whether the fixed frames, which are latched, are still to be published."""
         self.note = ""
 
     def warm_up(self) -> None:
@@ -82,12 +79,13 @@ class Ros2Service:
         # A latched message lives as long as its publisher.
         row = table.description
         self._description = node.publisher(row.name, row.type, row.qos)
-        self._description.put(robot_description(self._urdf))
+        self._description.put(ros(row.type, data=self._urdf))
         if options.commands:
-            self._commands = Commands(node, self._session, table)
-            self._action = RopeAction(node, self._commands, table.inputs["shape_rope"].name)
+            commands = Commands(node, self._session, table)
+            rope = RopeAction(node, commands, table.inputs["shape_rope"].name)
             row, joints = table.inputs["follow_joint_trajectory"], self._frames.joint_names
-            self._arm_action = ArmAction(node, self._session, row.name, joints)
+            # The rope's action asks by way of the commands.
+            self._takers = [rope, commands, ArmAction(node, self._session, row.name, joints)]
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Publish what is new to ROS 2, and pass on what it asks for."""
@@ -95,13 +93,9 @@ class Ros2Service:
             for message in self._new(inbox, source, now):
                 for output in rows:
                     self._publish(source, output, message, now)
-        if now - self._refreshed >= REFRESH_PERIOD:
-            self._refreshed = now
-        if self._commands is not None and self._action is not None:
-            self._action.step(inbox, now)
-            yield from self._commands.step(inbox, now)
-        if self._arm_action is not None:
-            yield from self._arm_action.step(inbox, now)
+        self._fixed_due = False
+        for taker in self._takers:
+            yield from taker.step(inbox, now)
 
     def close(self) -> None:
         """Leave the graph."""
@@ -113,9 +107,8 @@ class Ros2Service:
         if source in (topics.VIEW_TRANSFORMS, topics.VIEW_JOINTS):
             arms = inbox.every(topics.ARM_STATE)
             newest = arms[-1].message if arms else None
-            fixed = now - self._refreshed >= REFRESH_PERIOD
-            if source == topics.VIEW_TRANSFORMS and (newest or fixed):
-                yield self._frames.transforms(newest, now, fixed)
+            if source == topics.VIEW_TRANSFORMS and (newest or self._fixed_due):
+                yield self._frames.transforms(newest, now, self._fixed_due)
             elif source == topics.VIEW_JOINTS and newest:
                 yield self._frames.joints(newest, now)
         elif source.buffering == "every":

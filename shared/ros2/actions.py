@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from lariat.trajectory import SECOND
 from shared.ros2 import types
 from shared.ros2.node import Call, Node, Request
 from shared.ros2.types import ros
 from shared.ros2.wire import LATCHED
 
-RESULT_TIME = 900.0
-"""Time for which the result of a goal can be asked for after its end [s], as in rcl."""
+RESULT_TIME = 900 * SECOND
+"""Time for which the result of a goal can be asked for after its end [ns], as in rcl."""
 MAX_GOALS = 64
 """Most goals that are remembered; the oldest that have ended go first."""
 REPLY_TIMEOUT = 5.0
@@ -49,7 +50,8 @@ class ServerGoal:
         """Status; None until it is accepted or rejected."""
         self.cancel_requested = False
         """Whether a client wants it to end."""
-        self.accepted_at = self.ended_at = 0.0
+        self.accepted_at = self.ended_at = 0
+        """System times [ns]."""
         self._server = server
         self._request = request
         self._waiting: list[Request] = []
@@ -62,12 +64,12 @@ class ServerGoal:
 
     def accept(self) -> None:
         """Accept it, once; its execution begins."""
-        self.status, self.accepted_at = Status.EXECUTING, time.time()
-        self._server.answer_goal(self._request, accepted=True)
+        self.status, self.accepted_at = Status.EXECUTING, time.time_ns()
+        self._answer(accepted=True)
 
     def reject(self) -> None:
         """Reject it."""
-        self._server.answer_goal(self._request, accepted=False)
+        self._answer(accepted=False)
 
     def feedback(self, **fields: Any) -> None:
         """Publish feedback with the fields of the action's feedback."""
@@ -75,16 +77,12 @@ class ServerGoal:
 
     def end(self, status: Status, **fields: Any) -> None:
         """End it with the fields of the action's result."""
-        self.status, self.ended_at = status, time.time()
+        self.status, self.ended_at = status, time.time_ns()
         self._result = ros(f"{self._server.kind}_Result", **fields)
         for request in self._waiting:
             self.give_result(request)
         self._waiting.clear()
         self._server.publish_status()
-
-    def cancel(self) -> None:
-        """Note that a client wants it to end."""
-        self.status, self.cancel_requested = Status.CANCELING, True
 
     def give_result(self, request: Request) -> None:
         """Answer a request for its result, now or at its end."""
@@ -94,6 +92,10 @@ class ServerGoal:
             return
         response = f"{self._server.kind}_GetResult_Response"
         request.reply(ros(response, status=int(self.status or 0), result=self._result))
+
+    def _answer(self, accepted: bool) -> None:
+        response = f"{self._server.kind}_SendGoal_Response"
+        self._request.reply(ros(response, accepted=accepted, stamp=types.time(self.accepted_at)))
 
 
 class ActionServer:
@@ -119,11 +121,10 @@ class ActionServer:
     def take(self) -> Iterator[ServerGoal]:
         """Yield the goals since the last call, to be accepted or rejected; answer the rest."""
         for request in self._send.take():
-            id = bytes(request.message.goal_id.uuid)
-            if id in self._goals:
-                self.answer_goal(request, accepted=False)
+            goal = ServerGoal(self, bytes(request.message.goal_id.uuid), request)
+            if goal.id in self._goals:
+                goal.reject()
                 continue
-            goal = ServerGoal(self, id, request)
             yield goal
             # One that has ended already has a result that is asked for.
             if goal.status is not None:
@@ -132,11 +133,6 @@ class ActionServer:
             self._answer_cancel(request)
         for request in self._results.take():
             self._answer_result(request)
-
-    def answer_goal(self, request: Request, accepted: bool) -> None:
-        """Answer the request that brought a goal."""
-        stamp = types.time(time.time_ns())
-        request.reply(ros(f"{self.kind}_SendGoal_Response", accepted=accepted, stamp=stamp))
 
     def publish_feedback(self, goal: ServerGoal, fields: dict[str, Any]) -> None:
         """Publish feedback of a goal."""
@@ -157,24 +153,21 @@ class ActionServer:
         ended = [g for g in self._goals.values() if not g.active]
         surplus = len(self._goals) - MAX_GOALS
         for k, old in enumerate(ended):
-            if k < surplus or time.time() - old.ended_at > RESULT_TIME:
+            if k < surplus or time.time_ns() - old.ended_at > RESULT_TIME:
                 del self._goals[old.id]
         self.publish_status()
 
     def _answer_cancel(self, request: Request) -> None:
-        """Ask for the end of the goals that a request names, by their id, by a time or all."""
+        """Ask for the end of goals, by id, up to a time, or of all, as rcl does."""
         info = request.message.goal_info
-        id, stamp = bytes(info.goal_id.uuid), 1e-9 * types.nanoseconds(info.stamp)
+        id, stamp = bytes(info.goal_id.uuid), types.nanoseconds(info.stamp)
         every = not any(id) and not stamp
-        named = [
-            g
-            for g in self._goals.values()
-            if g.active and (every or g.id == id or (stamp and g.accepted_at <= stamp))
-        ]
+        goals = [g for g in self._goals.values() if g.active and not g.cancel_requested]
+        named = [g for g in goals if every or g.id == id or 0 < g.accepted_at <= stamp]
         for goal in named:
-            goal.cancel()
-        goal_of_id = self._goals.get(id)
-        code = 0 if named or every else (3 if goal_of_id else 2)
+            goal.status, goal.cancel_requested = Status.CANCELING, True
+        # A single goal that is not named: it has ended, or is unknown.
+        code = 0 if named or every or stamp else 3 if id in self._goals else 2
         response = "action_msgs/srv/CancelGoal_Response"
         request.reply(ros(response, return_code=code, goals_canceling=list(map(_info, named))))
         self.publish_status()
@@ -184,7 +177,8 @@ class ActionServer:
         if goal:
             goal.give_result(request)
         else:
-            request.refuse("no such goal")
+            # Status 0, unknown, as rclcpp and rclpy: a refusal would leave their clients waiting.
+            request.reply(ros(f"{self.kind}_GetResult_Response"))
 
 
 class ClientGoal:
@@ -285,5 +279,5 @@ def _uuid(id: bytes) -> Any:
 
 
 def _info(goal: ServerGoal) -> Any:
-    stamp = types.time(int(1e9 * goal.accepted_at))
+    stamp = types.time(goal.accepted_at)
     return ros("action_msgs/msg/GoalInfo", goal_id=_uuid(goal.id), stamp=stamp)

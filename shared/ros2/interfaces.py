@@ -6,8 +6,6 @@ ROS 2 Jazzy.
 
 from __future__ import annotations
 
-_TRIGGER_RESPONSE = "bool success\nstring message"
-
 MESSAGES = {
     "control_msgs/msg/JointTolerance": """
         string name
@@ -44,7 +42,7 @@ MESSAGES = {
 }
 """Text of messages by their type, in an order in which each needs earlier ones only."""
 SERVICES = {
-    "std_srvs/srv/Trigger": f"---\n{_TRIGGER_RESPONSE}",
+    "std_srvs/srv/Trigger": "---\nbool success\nstring message",
     "action_msgs/srv/CancelGoal": """
         action_msgs/msg/GoalInfo goal_info
         ---

@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from shared.messages import from_timestamp
-from shared.ros2.types import header, point, pose, ros, vector
+from shared.ros2.types import header, pose, ros, vector
 
 CUBE, SPHERE, CYLINDER, LINE_STRIP, TRIANGLE_LIST = 1, 2, 3, 4, 11
 """Types of visualization_msgs/Marker."""
@@ -82,7 +82,7 @@ def _marker(entity: SceneEntity, number: int, shape: _Shape | None) -> Any:
         scale=vector(drawn.scale),
         color=_color(drawn.color),
         frame_locked=entity.frame_locked,
-        points=[point((each.x, each.y, each.z)) for each in drawn.points],
+        points=[vector((each.x, each.y, each.z), "Point") for each in drawn.points],
         colors=[_color(each) for each in drawn.colors],
     )
 

@@ -10,7 +10,7 @@ import socket
 import time
 from collections import deque
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, TypeVar
 
 import zenoh
 import zenoh.ext
@@ -34,8 +34,9 @@ IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 REQUEST_CAPACITY = 32
 """Number of requests that wait unread for a service."""
 HEARTBEAT = 0.5
-"""Period at which a reliable latched publisher tells the number of its newest sample [s]."""
+"""Time after which a reliable latched publisher tells the number of a new sample [s]."""
 _CDR = zenoh.Encoding.APPLICATION_CDR
+E = TypeVar("E", "Publisher", "Subscription", "Service", "Client")
 
 
 class Node:
@@ -68,7 +69,7 @@ class Node:
         close_at_once(self._session)
         self._next_id = 0
         self.entity = NodeEntity(domain, str(self._session.zid()), self._number(), namespace, name)
-        self._declared = [self._session.liveliness().declare_token(self.entity.token)]
+        self._tokens = [self._session.liveliness().declare_token(self.entity.token)]
 
     def publisher(self, topic: str, kind: str, qos: Qos | None = None) -> Publisher:
         """Return a publisher of a topic.
@@ -78,21 +79,21 @@ class Node:
             kind: Type of its messages, `std_msgs/msg/String`.
             qos: Quality of service.
         """
-        return Publisher(self._session, self._declare("MP", topic, kind, qos or Qos()))
+        return self._shown(Publisher(self._session, self._entity("MP", topic, kind, qos or Qos())))
 
     def subscription(self, topic: str, kind: str, qos: Qos | None = None) -> Subscription:
         """Return a subscription to a topic; see `publisher`."""
-        return Subscription(
-            self._session, self._declare("MS", topic, kind, qos or Qos()), self.door
-        )
+        entity = self._entity("MS", topic, kind, qos or Qos())
+        return self._shown(Subscription(self._session, entity, self.door))
 
     def service(self, name: str, kind: str) -> Service:
         """Return the server of a service; see `publisher`."""
-        return Service(self._session, self._declare("SS", name, kind, SERVICE), self.door)
+        entity = self._entity("SS", name, kind, SERVICE)
+        return self._shown(Service(self._session, entity, self.door))
 
     def client(self, name: str, kind: str) -> Client:
         """Return a client of a service; see `publisher`."""
-        return Client(self._session, self._declare("SC", name, kind, SERVICE))
+        return self._shown(Client(self._session, self._entity("SC", name, kind, SERVICE)))
 
     def close(self) -> None:
         """Leave the graph."""
@@ -102,11 +103,13 @@ class Node:
         self._next_id += 1
         return self._next_id - 1
 
-    def _declare(self, kind: Kind, topic: str, type: str, qos: Qos) -> Entity:
-        whole = self.entity.resolved(topic)
-        entity = Entity(self.entity, self._number(), kind, whole, type, qos)
-        self._declared.append(self._session.liveliness().declare_token(entity.token))
-        return entity
+    def _entity(self, kind: Kind, topic: str, type: str, qos: Qos) -> Entity:
+        return Entity(self.entity, self._number(), kind, self.entity.resolved(topic), type, qos)
+
+    def _shown(self, endpoint: E) -> E:
+        """Endpoint that the graph knows from now on: who sees a service may call it at once."""
+        self._tokens.append(self._session.liveliness().declare_token(endpoint.entity.token))
+        return endpoint
 
 
 class Publisher:
@@ -114,21 +117,25 @@ class Publisher:
 
     def __init__(self, session: zenoh.Session, entity: Entity) -> None:
         self.entity = entity
-        # Never wait for a reader.
-        if entity.qos.latched:
+        qos, reliability = entity.qos, zenoh.Reliability
+        options: dict[str, Any] = {
+            "encoding": _CDR,
+            # Never wait for a reader.
+            "congestion_control": zenoh.CongestionControl.DROP,
+            "reliability": reliability.RELIABLE if qos.reliable else reliability.BEST_EFFORT,
+        }
+        if qos.latched:
+            miss = zenoh.ext.MissDetectionConfig(sporadic_heartbeat=HEARTBEAT)
             self._publisher: Any = zenoh.ext.declare_advanced_publisher(
                 session,
                 entity.key,
-                encoding=_CDR,
-                congestion_control=zenoh.CongestionControl.DROP,
-                cache=zenoh.ext.CacheConfig(max_samples=entity.qos.depth),
+                cache=zenoh.ext.CacheConfig(max_samples=qos.depth),
                 publisher_detection=True,
-                sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=HEARTBEAT),
+                sample_miss_detection=miss if qos.reliable else None,
+                **options,
             )
         else:
-            self._publisher = session.declare_publisher(
-                entity.key, encoding=_CDR, congestion_control=zenoh.CongestionControl.DROP
-            )
+            self._publisher = session.declare_publisher(entity.key, **options)
         self._sequence = 0
 
     @property
@@ -149,14 +156,16 @@ class Subscription:
     def __init__(self, session: zenoh.Session, entity: Entity, door: Door) -> None:
         self.entity = entity
         self._door = door
-        ring = RingChannel(entity.qos.depth)
-        if entity.qos.latched:
+        qos = entity.qos
+        ring = RingChannel(qos.depth)
+        if qos.latched:
+            history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=qos.depth)
             self._subscriber: Any = zenoh.ext.declare_advanced_subscriber(
                 session,
                 entity.key,
                 ring,
-                history=zenoh.ext.HistoryConfig(detect_late_publishers=True),
-                recovery=zenoh.ext.RecoveryConfig(heartbeat=True),
+                history=history,
+                recovery=zenoh.ext.RecoveryConfig(heartbeat=True) if qos.reliable else None,
                 subscriber_detection=True,
             )
         else:
@@ -189,11 +198,6 @@ class Request:
         self._query.reply(
             self._entity.key, encoded(response), encoding=_CDR, attachment=attachment.encoded()
         )
-        self._query.drop()
-
-    def refuse(self, reason: str) -> None:
-        """Answer with an error."""
-        self._query.reply_err(reason.encode())
         self._query.drop()
 
 

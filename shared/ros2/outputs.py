@@ -58,8 +58,6 @@ FLOAT32, UINT32 = 7, 6
 """Data types of sensor_msgs/PointField."""
 COLORED_POINT = np.dtype([("position", "<f4", 3), ("color", "u1", 4)])
 """Point of a drawn cloud, with red, green, blue, alpha."""
-ROBOT_DESCRIPTION = "/robot_description"
-"""Topic of the cell's URDF, latched."""
 
 
 @dataclass(frozen=True)
@@ -133,17 +131,15 @@ def outputs() -> tuple[Output, ...]:
                "drawing: rope, goal, path, obstacles, arms", Markers().converted),
         Output(t.VIEW_POINTS, "view/points/{name}", "sensor_msgs/msg/PointCloud2",
                "drawing of curves and depth as points", _colored_points),
+        Output(t.ROPE_TRUTH, "/clock", "rosgraph_msgs/msg/Clock",
+               "time of the simulated plant, for use_sim_time", _clock, Qos(False, depth=1),
+               recorded=False),
         Output(t.HEALTH, "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray",
                "health of the processes", _health),
         Output(t.TASK_STATE, "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray",
                "state of the run, error and clearance [m]", _task),
         Output(t.LOG, "/rosout", "rcl_interfaces/msg/Log", "log", _log),
     )  # fmt: skip
-
-
-def robot_description(urdf: str) -> Any:
-    """Return the message with a URDF."""
-    return ros("std_msgs/msg/String", data=urdf)
 
 
 def _moving_frames(message: FrameTransforms) -> Any | None:
@@ -282,20 +278,18 @@ def _decoded_image(message: CompressedImage) -> Any | None:
     if image is None:
         return None
     height, width = image.shape[:2]
-    heading = header(from_timestamp(message.timestamp), message.frame_id)
-    return _raw_image(heading, height, width, "bgr8", 3 * width, image.ravel())
+    return _raw_image(message, height, width, "bgr8", 3 * width, image.ravel())
 
 
 def _image(message: RawImage) -> Any:
-    heading = header(from_timestamp(message.timestamp), message.frame_id)
     data = np.frombuffer(message.data, np.uint8)
-    return _raw_image(heading, message.height, message.width, message.encoding, message.step, data)
+    return _raw_image(message, message.height, message.width, message.encoding, message.step, data)
 
 
-def _raw_image(heading: Any, height: int, width: int, encoding: str, step: int, data: Any) -> Any:
+def _raw_image(source: Any, height: int, width: int, encoding: str, step: int, data: Any) -> Any:
     return ros(
         "sensor_msgs/msg/Image",
-        header=heading,
+        header=header(from_timestamp(source.timestamp), source.frame_id),
         height=height,
         width=width,
         encoding=encoding,
@@ -305,6 +299,7 @@ def _raw_image(heading: Any, height: int, width: int, encoding: str, step: int, 
 
 
 def _camera_info(message: CameraCalibration) -> Any:
+    matrices = {"k": message.K, "r": message.R, "p": message.P}
     return ros(
         "sensor_msgs/msg/CameraInfo",
         header=header(from_timestamp(message.timestamp), message.frame_id),
@@ -312,14 +307,8 @@ def _camera_info(message: CameraCalibration) -> Any:
         width=message.width,
         distortion_model=message.distortion_model,
         d=np.array(message.D),
-        k=_filled(message.K, 9),
-        r=_filled(message.R, 9),
-        p=_filled(message.P, 12),
+        **{name: np.array(values) for name, values in matrices.items() if values},
     )
-
-
-def _filled(values: Any, count: int) -> np.ndarray:
-    return np.array(values, float) if len(values) == count else np.zeros(count)
 
 
 def _health(message: Health) -> Any:
@@ -386,6 +375,10 @@ def _wrench(side: Side, message: ArmStates) -> Any | None:
                 wrench=ros("geometry_msgs/msg/Wrench", force=force, torque=torque),
             )
     return None
+
+
+def _clock(message: NodeChain) -> Any:
+    return ros("rosgraph_msgs/msg/Clock", clock=time(message.stamp))
 
 
 def _path(message: Path) -> Any | None:

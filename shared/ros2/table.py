@@ -8,11 +8,11 @@ from typing import Any, TypeVar
 
 from lariat.configuration import ConfigurationError
 from lariat.scenario import Scenario
-from lariat.scenario.sections import Ros2, Ros2Topic
+from lariat.scenario.sections import Ros2
 from lariat.suggestion import did_you_mean
 from shared import topics
 from shared.cell_description import WORLD_FRAME
-from shared.ros2.outputs import ROBOT_DESCRIPTION, Output, outputs
+from shared.ros2.outputs import Output, outputs
 from shared.ros2.types import FOLLOW_TRAJECTORY, SHAPE_ROPE, TRIGGER
 from shared.ros2.wire import LATCHED, Qos
 from shared.topics import Topic
@@ -39,7 +39,7 @@ class Endpoint:
     """Quality of service of a topic."""
 
 
-DESCRIPTION = Endpoint(ROBOT_DESCRIPTION, "std_msgs/msg/String", "URDF", LATCHED)
+DESCRIPTION = Endpoint("/robot_description", "std_msgs/msg/String", "URDF", LATCHED)
 """Topic of the cell's URDF."""
 INPUTS = (
     Endpoint("goal", "geometry_msgs/msg/PoseArray",
@@ -146,20 +146,16 @@ class Table:
         if row.qos is not None:
             row = replace(row, qos=replace(row.qos, **quality))
         if change.rate is not None:
-            row = self._with_rate(row, key, change)
+            if not isinstance(row, Output):
+                raise ConfigurationError(
+                    f"[ros2.topics.{key}] rate = {change.rate}: it is not published repeatedly; "
+                    "remove rate"
+                )
+            row = replace(row, rate=change.rate)
         if not change.name:
             return row
         filled = "{name}" if "{name}" in row.name else PLACEHOLDER
         return replace(row, name=change.name.replace(PLACEHOLDER, filled))
-
-    @staticmethod
-    def _with_rate(row: Row, key: str, change: Ros2Topic) -> Row:
-        if not isinstance(row, Output):
-            raise ConfigurationError(
-                f"[ros2.topics.{key}] rate = {change.rate}: it is not published repeatedly; "
-                "remove rate"
-            )
-        return replace(row, rate=change.rate)
 
     def _check_names(self, rows: tuple[Output, ...]) -> None:
         """Check that no two topics get one name.

@@ -33,11 +33,6 @@ SHAPE_ROPE = "lariat_interfaces/action/ShapeRope"
 """Action that sets a goal and reports until the rope has it."""
 
 
-def define_message(name: str, text: str) -> None:
-    """Define a message from the text of its file, in which types have their whole names."""
-    _register({name: text})
-
-
 def define_service(name: str, text: str) -> None:
     """Define a service from the text of its file: request, `---`, response."""
     request, response = text.split("---")
@@ -62,7 +57,7 @@ def define_action(name: str, text: str) -> None:
     stamp = "builtin_interfaces/msg/Time stamp"
     define_service(f"{name}_SendGoal", f"{uuid}{name}_Goal goal\n---\nbool accepted\n{stamp}")
     define_service(f"{name}_GetResult", f"{uuid}---\nint8 status\n{name}_Result result")
-    define_message(f"{name}_FeedbackMessage", f"{uuid}{name}_Feedback feedback")
+    _register({f"{name}_FeedbackMessage": f"{uuid}{name}_Feedback feedback"})
 
 
 def ros(kind: str, **fields: Any) -> Any:
@@ -133,16 +128,10 @@ def header(stamp: int, frame: str) -> Any:
     return ros("std_msgs/msg/Header", stamp=time(stamp), frame_id=frame)
 
 
-def vector(xyz: Any) -> Any:
-    """Return three numbers as geometry_msgs/Vector3."""
+def vector(xyz: Any, kind: str = "Vector3") -> Any:
+    """Return three numbers as a Vector3 or Point of geometry_msgs."""
     x, y, z = map(float, xyz)
-    return ros("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
-
-
-def point(xyz: Any) -> Any:
-    """Return three numbers as geometry_msgs/Point [m]."""
-    x, y, z = map(float, xyz)
-    return ros("geometry_msgs/msg/Point", x=x, y=y, z=z)
+    return ros(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
 
 
 def quaternion(wxyz: Any) -> Any:
@@ -153,9 +142,8 @@ def quaternion(wxyz: Any) -> Any:
 
 def pose(position: Any, orientation: Any) -> Any:
     """Return a position [m] and a quaternion wxyz as geometry_msgs/Pose."""
-    return ros(
-        "geometry_msgs/msg/Pose", position=point(position), orientation=quaternion(orientation)
-    )
+    place, turn = vector(position, "Point"), quaternion(orientation)
+    return ros("geometry_msgs/msg/Pose", position=place, orientation=turn)
 
 
 def xyz(message: Any) -> tuple[float, float, float]:
@@ -214,7 +202,7 @@ STORE.fielddefs |= get_types_from_msg(
     "service_msgs/msg/ServiceEventInfo",
 )
 for _name, _text in MESSAGES.items():
-    define_message(_name, _text)
+    _register({_name: _text})
 for _name, _text in SERVICES.items():
     define_service(_name, _text)
 for _name, _text in ACTIONS.items():

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Iterator
 from contextlib import suppress
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -151,9 +151,7 @@ class Bench:
         self.door = self.service.door
         self.mailbox = Mailbox(self.service.reads)
         self.now = 10**12
-        commands: Any = self.service._commands
-        rope: Any = self.service._action
-        arm: Any = self.service._arm_action
+        rope, commands, arm = cast("list[Any]", self.service._takers)
         self.takers: list[Subscription | Service] = [
             *commands._services.values(), commands._hold, commands._goals, commands._objects,
         ]  # fmt: skip
@@ -221,7 +219,7 @@ def test_lengths_of_four_billion_take_no_memory(kind: str) -> None:
 
 
 def test_a_flood_of_goals_leaves_the_node_bounded(shared: Bench) -> None:
-    arm: Any = shared.service._arm_action
+    arm: Any = shared.service._takers[2]
     kind = f"{FOLLOW_TRAJECTORY}_SendGoal_Request"
     request = decoded(VALID[kind], kind)
     for k in range(2000):
@@ -294,7 +292,7 @@ def test_a_flood_on_the_wire_is_refused_and_a_call_is_answered() -> None:
             # Tokens that are none of the convention.
             if k < 20:
                 token = f"@ros2_lv/0/{'x' * (k + 1)}/{k}/NN/%/\u0001"
-                stranger._declared.append(stranger._session.liveliness().declare_token(token))
+                stranger._tokens.append(stranger._session.liveliness().declare_token(token))
         until(lambda: bench.step() or bench.door.refused > 20, 30.0)
         call, sent = trigger.call(ros(f"{TRIGGER}_Request"), 20.0), []
         until(lambda: sent.extend(bench.step()) or sent, 30.0)

@@ -123,6 +123,20 @@ def test_the_rope_is_a_cloud_with_arc_length_and_sigma(bench: Bench):
     assert (got[0].header.frame_id, got[0].header.stamp.nanosec) == ("world", 5)
 
 
+def test_the_clock_is_that_of_the_simulated_plant(bench: Bench):
+    heard = bench.node.subscription("/clock", "rosgraph_msgs/msg/Clock")
+    got: list[Any] = []
+
+    def arrived() -> bool:
+        bench.deliver(topics.ROPE_TRUTH, NodeChain(stamp=3 * 10**9 + 7))
+        bench.step()
+        got.extend(heard.take())
+        return bool(got)
+
+    until(arrived)
+    assert (got[0].clock.sec, got[0].clock.nanosec) == (3, 7)
+
+
 def test_poses_of_the_rope_have_z_along_it(bench: Bench):
     heard = bench.node.subscription("/lariat/rope/poses", "geometry_msgs/msg/PoseArray")
     got: list[Any] = []

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from shared.ros2.actions import MAX_GOALS, ActionClient, ActionServer, ServerGoal, Status
-from shared.ros2.types import define_action, ros
+from shared.ros2.node import Call
+from shared.ros2.types import define_action, nanoseconds, ros, time
 from tests.shared.cell import until
 from tests.shared.ros2.graph import Graph
 
@@ -98,6 +99,37 @@ def test_the_result_of_a_goal_that_has_ended_can_be_asked_for(pair: Pair):
     answers: list = []
     until(lambda: pair.serve() or answers.append(answer.take()) or answers[-1])
     assert (answers[-1].status, answers[-1].result.sequence.tolist()) == (Status.ABORTED, [7])
+
+
+def answer_of(pair: Pair, call: Call):
+    answers: list = []
+    until(lambda: pair.serve() or answers.append(call.take()) or answers[-1])
+    return answers[-1]
+
+
+def test_the_result_of_an_unknown_goal_is_answered_by_its_status(pair: Pair):
+    assert answer_of(pair, pair.client.ask_result(bytes(range(16)))).status == 0
+
+
+def test_cancellations_are_answered_as_by_rcl(pair: Pair):
+    ended, running, later = (pair.send(k) and pair.take() for k in range(3))
+    ended.end(Status.SUCCEEDED, sequence=numbers())
+    ask = pair.client.send_cancel
+    # Unknown goal, goal that has ended.
+    assert answer_of(pair, ask(bytes(range(16)))).return_code == 2
+    assert answer_of(pair, ask(ended.id)).return_code == 3
+    info = ros("action_msgs/msg/GoalInfo", stamp=time(running.accepted_at))
+    request = ros("action_msgs/srv/CancelGoal_Request", goal_info=info)
+    answer = answer_of(pair, pair.client._cancel.call(request, 20.0))
+    # Those accepted up to a time; the answer states when each was.
+    (canceling,) = answer.goals_canceling
+    assert (answer.return_code, bytes(canceling.goal_id.uuid)) == (0, running.id)
+    assert nanoseconds(canceling.stamp) == running.accepted_at
+    info.stamp = time(1)
+    assert answer_of(pair, pair.client._cancel.call(request, 20.0)).return_code == 0
+    assert not later.cancel_requested
+    assert len(answer_of(pair, ask(bytes(16))).goals_canceling) == 1
+    assert later.cancel_requested
 
 
 def test_goals_that_have_ended_are_forgotten_before_there_are_too_many(pair: Pair):

@@ -10,9 +10,9 @@ import pytest
 import zenoh
 
 from shared.bus import BusError
-from shared.ros2.node import REQUEST_CAPACITY, Node
+from shared.ros2.node import HEARTBEAT, REQUEST_CAPACITY, Node
 from shared.ros2.types import encoded, ros
-from shared.ros2.wire import LATCHED, Attachment
+from shared.ros2.wire import LATCHED, Attachment, Qos
 from tests.shared.cell import free_port, until
 from tests.shared.ros2.graph import Graph
 
@@ -71,6 +71,47 @@ def test_who_comes_later_gets_the_last_latched_message(graph: Graph):
 
     until(arrived)
     assert got == ["new"]
+
+
+def test_the_number_of_a_latched_message_is_told_once(graph: Graph):
+    publisher = graph.first.publisher("/map", STRING, LATCHED)
+    heartbeats: list[zenoh.Sample] = []
+    watcher = graph.node("second")._session
+    subscriber = watcher.declare_subscriber(f"{publisher.entity.key}/@adv/**", heartbeats.append)
+    publisher.put(text("new"))
+    until(lambda: heartbeats)
+    time.sleep(3 * HEARTBEAT)
+    assert len(heartbeats) == 1
+    subscriber.undeclare()
+
+
+@pytest.mark.parametrize("qos", [LATCHED, Qos(reliable=False, latched=True, depth=2)])
+def test_latched_messages_reach_those_who_come_later_whatever_the_reliability(
+    graph: Graph, qos: Qos
+):
+    publisher = graph.first.publisher("/map", STRING, qos)
+    for k in range(4):
+        publisher.put(text(str(k)))
+    subscription = graph.node("second").subscription("/map", STRING, qos)
+    got: list[str] = []
+    until(lambda: got.extend(m.data for m in subscription.take()) or len(got) >= qos.depth)
+    assert got == [str(k) for k in range(4 - qos.depth, 4)]
+
+
+def test_a_service_is_in_the_graph_only_when_it_can_be_called(
+    graph: Graph, monkeypatch: pytest.MonkeyPatch
+):
+    called: list[str] = []
+    session = graph.first._session
+
+    class Watched:
+        def __getattr__(self, name: str):
+            called.append(name)
+            return getattr(session, name)
+
+    monkeypatch.setattr(graph.first, "_session", Watched())
+    graph.first.service("/start", TRIGGER)
+    assert called == ["declare_queryable", "liveliness"]
 
 
 def test_a_service_answers_now_or_later(graph: Graph):

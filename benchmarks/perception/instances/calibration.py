@@ -20,8 +20,8 @@ from lariat.perception.image import detector, p_wrong
 from lariat.perception.image.foreground import find_foregrounds
 from lariat.perception.image.p_wrong import RopeFeatures
 
-RIDGE = 0.002
-"""Weight of the squared coefficients of the standardised features."""
+RIDGE = 0.01
+"""Weight of the squared coefficients of the judge's standardised features."""
 NEWTON_STEPS = 30
 """Steps of Newton's method."""
 MIN_ROPE_SHARE = 0.5
@@ -124,12 +124,13 @@ def fit(samples: Iterable[Sample], weights: Iterable[float]) -> Coefficients:
     # Where lines lead is learnt from ropes.
     ropes = ~background
     wrong = ~np.concatenate([s.right.any(axis=0) for s in samples])
-    first = fit_logistic(features, background, weight)
-    second = fit_logistic(features[ropes], wrong[ropes], weight[ropes])
+    first = fit_logistic(features, background, weight, RIDGE)
+    second = fit_logistic(features[ropes], wrong[ropes], weight[ropes], RIDGE)
     Coefficients(first, second, p_wrong.IMAGE_COEFFICIENTS).use()
     answers = [s.answer() for s in samples]
     image_features = np.array([astuple(f) for f, _, _ in answers])
-    third = fit_logistic(image_features, np.array([w for _, _, w in answers]), np.array(weights))
+    wrong = np.array([w for _, _, w in answers])
+    third = fit_logistic(image_features, wrong, np.array(weights), RIDGE)
     coefficients = Coefficients(first, second, third)
     coefficients.use()
     return coefficients
@@ -153,12 +154,20 @@ def fit_logistic(
     features: Float64[np.ndarray, "n m"],
     wrong: Bool[np.ndarray, "n"],
     weights: Float64[np.ndarray, "n"] | None = None,
+    ridge: float = 0.002,
 ) -> tuple[float, ...]:
-    """Return intercept and slopes of the log odds of being wrong, by Newton's method."""
+    """Return intercept and slopes of the log odds of being wrong, by Newton's method.
+
+    Args:
+        features: Features, one row for each sample.
+        wrong: Whether the sample is wrong.
+        weights: Weight of each sample; None: all the same.
+        ridge: Weight of the squared slopes of the standardised features [-].
+    """
     weights = np.ones(len(wrong)) if weights is None else weights / np.mean(weights)
     middle, spread = features.mean(axis=0), features.std(axis=0) + 1e-9
     x = np.column_stack([np.ones(len(features)), (features - middle) / spread])
-    penalty = RIDGE * len(features) * np.eye(x.shape[1])
+    penalty = ridge * len(features) * np.eye(x.shape[1])
     penalty[0, 0] = 0.0
     beta = np.zeros(x.shape[1])
     for _ in range(NEWTON_STEPS):

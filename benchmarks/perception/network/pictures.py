@@ -22,8 +22,10 @@ CROP_SIDE = 192
 """Side of the squares that are cut out of it [pixels]."""
 CROPS_PER_PICTURE = 8
 """Number of squares from one picture [-]."""
-SCALES = (0.7, 1.5)
+SCALES = (0.7, 2.0)
 """Range of the enlargement of a square [-]."""
+TURNED_SHARE = 0.5
+"""Share of the squares that are turned: seams and edges are not along the picture alone [-]."""
 WIDTHS = (5.0, 26.0)
 """Range of the widths of cables before the enlargement [pixels]."""
 MIN_CONTRAST = 20.0
@@ -32,6 +34,10 @@ MAX_CABLES = 4
 """Largest number of cables [-]."""
 HARD_SHADOW_SHARE = 0.4
 """Share of the pictures in strong light of one direction: dark shadows with a sharp edge [-]."""
+FLAT_SHARE = 0.4
+"""Share of the pictures in light from all sides: cables without light and shade [-]."""
+STRAIGHT_SHARE = 0.2
+"""Share of the cables that are nearly straight, half of them along a side of the picture [-]."""
 DARK_SHARE = 0.15
 """Share of the cables that are nearly black, as shadows are [-]."""
 MAX_DARK_TRIALS = 8
@@ -58,13 +64,18 @@ def training_crops(
     for _ in range(CROPS_PER_PICTURE):
         scale = float(np.exp(random.uniform(*np.log(SCALES))))
         side = min(CROP_SIDE / scale, height - 1.0)
-        corner = random.uniform((0.0, 0.0), (width - side, height - side))
+        middle = random.uniform((side / 2.0, side / 2.0), (width - side / 2.0, height - side / 2.0))
         to_crop = CROP_SIDE / side
-        transform = np.array([[to_crop, 0.0, 0.0], [0.0, to_crop, 0.0]])
-        transform[:, 2] = -to_crop * corner
+        angle = random.uniform(-45.0, 45.0) if random.random() < TURNED_SHARE else 0.0
+        transform = cv2.getRotationMatrix2D(middle.tolist(), angle, to_crop)
+        transform[:, 2] += CROP_SIDE / 2.0 - middle
         blend = cv2.INTER_AREA if to_crop < 1.0 else cv2.INTER_LINEAR
-        crop = cv2.warpAffine(color, transform, (CROP_SIDE, CROP_SIDE), flags=blend)
-        soft = cv2.warpAffine(255 * mask, transform, (CROP_SIDE, CROP_SIDE), flags=blend)
+        crop, soft = (
+            cv2.warpAffine(
+                a, transform, (CROP_SIDE, CROP_SIDE), flags=blend, borderMode=cv2.BORDER_REFLECT_101
+            )
+            for a in (color, 255 * mask)
+        )
         turns, mirrored = int(random.integers(4)), random.random() < 0.5
         pair = [np.rot90(a, turns)[:, :: -1 if mirrored else 1] for a in (crop, soft)]
         yield np.ascontiguousarray(pair[0]), np.ascontiguousarray(pair[1] > 127).view(np.uint8)
@@ -115,12 +126,14 @@ def _lighting(random: np.random.Generator) -> Lighting:
     toward = np.array([np.cos(azimuth), np.sin(azimuth), random.uniform(0.4, 3.0)])
     x, y, z = (toward / np.linalg.norm(toward)).tolist()
     hard = random.random() < HARD_SHADOW_SHARE
+    flat = random.random() < FLAT_SHARE
+    gloss = 0.0 if flat and random.random() < 0.8 else random.uniform(0.0, 200.0)
     weak = random.choice([0.0, random.uniform(0.05, 0.65)], p=[0.2, 0.8])
     blurs = (0.03, 0.4) if hard else (0.05, 1.2)
     return Lighting(
         (x, y, z),
-        ambient=random.uniform(0.1, 0.8),
-        gloss=random.choice([0.0, random.uniform(0.0, 200.0)]),
+        ambient=random.uniform(0.8, 1.0) if flat else random.uniform(0.1, 0.8),
+        gloss=random.choice([0.0, gloss]),
         gloss_exponent=float(np.exp(random.uniform(np.log(6.0), np.log(150.0)))),
         shadow=random.uniform(0.2, 0.7) if hard else weak,
         shadow_blur=float(np.exp(random.uniform(*np.log(blurs)))),
@@ -226,8 +239,13 @@ def _axis(random: np.random.Generator) -> Float64[np.ndarray, "k 2"]:
     smoothness = random.uniform(25.0, 160.0)
     curvature = cv2.GaussianBlur(random.standard_normal((1, length)), (0, 0), smoothness)[0]
     bend = random.uniform(0.0, 1.0) / random.uniform(25.0, 90.0)
+    heading = random.uniform(0.0, 6.28)
+    if random.random() < STRAIGHT_SHARE:
+        bend *= 0.1
+        if random.random() < 0.5:
+            heading = random.integers(4) * np.pi / 2.0 + random.normal(0.0, 0.05)
     curvature *= bend / max(float(np.std(curvature)), 1e-9)
-    heading = random.uniform(0.0, 6.28) + np.cumsum(curvature + random.normal(0.0, 0.002))
+    heading += np.cumsum(curvature + random.normal(0.0, 0.002))
     path = np.cumsum(np.stack([np.cos(heading), np.sin(heading)], axis=1), axis=0)
     middle = random.uniform((0.1, 0.1), (0.9, 0.9)) * np.array(PICTURE_SIZE)
     return path - path[int(random.integers(length))] + middle

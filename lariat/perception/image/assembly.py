@@ -33,8 +33,6 @@ class AssembledRope:
     """Columns and rows of its axis, in order [pixels]."""
     clear: Bool[np.ndarray, "k"]
     """Whether the axis is seen there; False on the bridges between fragments."""
-    worst_pair: float
-    """Largest cost of a pair of its fragments [-]."""
     margin: float
     """Least difference between the costs of the chosen and of the next pairing at a crossing of it
     [-]; infinite without crossings."""
@@ -83,14 +81,12 @@ def assemble(
     partner = {a: b for pair in pairs for a, b in (pair, pair[::-1])}
     ropes = []
     for chain, points, clear in _chain(fragments, partner, shared, poses):
-        inner = [(k, 1 - s) for k, s in chain[:-1]]
         outer = (chain[0], (chain[-1][0], 1 - chain[-1][1]))
         every = [(k, s) for k, _ in chain for s in (0, 1)]
         ropes.append(
             AssembledRope(
                 points,
                 clear,
-                max((cost(e, partner[e]) for e in inner), default=0.0),
                 min((margins[e] for e in every if e in margins), default=np.inf),
                 sum(e in margins and e not in partner for e in outer),
             )

@@ -42,8 +42,6 @@ MAX_FRAGMENT_COUNT = 160
 """Number of fragments that are joined to lines, the longest: it bounds the time."""
 SURE_LOG_ODDS = 2.0
 """Log odds from which a rope is seen for sure [-]."""
-STRAIGHTNESS_FLOOR = 0.03
-"""Distance from a straight line below which a line is as straight as any [lengths]."""
 SIDE_OFFSET = 3.0
 """Distance from a flank at which the side of a rope is sampled [pixels]."""
 TIP_REACH_WIDTHS = 1.0
@@ -241,37 +239,25 @@ def _rope_features(
     clear = line.clear if np.any(line.clear) else np.ones(len(line.clear), bool)
     pixels = line.pixels[clear]
     here = _sampled(lab, pixels)
-    contrasts, shadows, sides = [], [], []
+    contrasts, shadows = [], []
     for sign in (-1.0, 1.0):
         beside = _sampled(lab, pixels + sign * (width / 2.0 + SIDE_OFFSET) * line.normals[clear])
         contrasts.append(float(np.median(np.linalg.norm(here - beside, axis=1))))
         shadows.append(float(np.mean(could_be_shadow(here, beside))))
-        sides.append(beside)
-    step = float(np.median(np.linalg.norm(sides[0] - sides[1], axis=1)))
     size = np.array(lab.shape[1::-1]) - 1.0
     from_border = np.minimum(line.pixels, size - line.pixels).min(axis=1)
     return RopeFeatures(
         length=float(np.log(len(found.points) / width)),
         unevenness=float(np.std(radii) / np.mean(radii)),
-        worst_pair=found.worst_pair,
         ambiguity=ambiguity_of_margin(found.margin),
         loose_ends=float(found.loose_end_count),
         contrast=float(np.log(1.0 + min(contrasts))),
         hidden=1.0 - float(np.mean(found.clear)),
         shadow=max(shadows),
         unseen=-float(np.mean(log_odds)),
-        narrowing=abs(float(np.log(width / width_from_radii(radii)))),
-        straightness=-float(np.log(STRAIGHTNESS_FLOOR + _bend(line.pixels))),
-        step=float(np.log((1.0 + step) / (1.0 + min(contrasts)))),
         at_border=float(np.mean(from_border < width)),
         relative_width=float(np.log(width / usual_width)),
     )
-
-
-def _bend(pixels: Float64[np.ndarray, "k 2"]) -> float:
-    """Mean distance of a line from the straight one nearest to it, relative to its length [-]."""
-    spread = np.linalg.svd(pixels - pixels.mean(axis=0), compute_uv=False)
-    return float(spread[1]) / len(pixels) ** 1.5
 
 
 def _sampled(

@@ -23,6 +23,9 @@ from lariat.perception.image.width import usual_width, width_from_radii
 
 MAX_PIXEL_COUNT = 500_000
 """Number of pixels to which a larger image is shrunk."""
+FINE_SCALE, COARSE_SCALE = 1.7, 0.5
+"""Scales at which the network sees the image [-]: its own finest scale is half of what it sees,
+too coarse for real cables of 8 pixels."""
 MAX_HOLE_AREA = 0.8
 """Area up to which a hole in the foreground is filled [squared rope widths]."""
 MAX_GROUND_SHARE = 0.3
@@ -93,10 +96,9 @@ def find_foregrounds(
     image = color if scale == 1.0 else cv2.resize(color, size, interpolation=cv2.INTER_AREA)
     image = np.asarray(image, np.uint8)
     lab = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2LAB), np.uint8)
-    every = [rope_log_odds(image) + ADDED_LOG_ODDS]
+    every = [_seen(color, size, FINE_SCALE)]
     # The network takes thick ropes without light and shade for print, but not at half their size.
-    half = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-    coarse = cv2.resize(rope_log_odds(half), image.shape[1::-1]) + ADDED_LOG_ODDS
+    coarse = _seen(color, size, COARSE_SCALE)
     unseen = (coarse > MAX_LOG_ODDS) & (every[0] < PERHAPS_LOG_ODDS)
     if np.any(_long_pieces(unseen.view(np.uint8), 0.0)[0]):
         every.append(np.maximum(every[0], coarse))
@@ -106,6 +108,17 @@ def find_foregrounds(
     limited = [np.clip(odds, -MAX_LOG_ODDS, MAX_LOG_ODDS).astype(np.float32) for odds in every]
     found = [_foreground(image, lab, odds) for odds in limited]
     return [f for f in found if f is not None]
+
+
+def _seen(
+    color: UInt8[np.ndarray, "i j 3"], size: tuple[int, ...], scale: float
+) -> Float32[np.ndarray, "h w"]:
+    """Log odds of an image of a size (w, h) that the network sees at a scale of it."""
+    inside = tuple(max(1, round(scale * n)) for n in size)
+    shrinks = inside[0] < color.shape[1]
+    blend = cv2.INTER_AREA if shrinks else cv2.INTER_CUBIC
+    odds = rope_log_odds(np.asarray(cv2.resize(color, inside, interpolation=blend), np.uint8))
+    return np.asarray(cv2.resize(odds, size), np.float32) + ADDED_LOG_ODDS
 
 
 def _foreground(

@@ -17,7 +17,7 @@ from jaxtyping import Float32, UInt8
 
 WEIGHTS = Path(__file__).with_name("ropes.onnx")
 """File with the network and its weights."""
-WEIGHTS_SHA256 = "0386c4ca78b6ae090ed8f6b6d917059819ac79a0c87fd5f1e5b7488149d27a66"
+WEIGHTS_SHA256 = "eba0191d4fa87c6d59b73b1c6b74b6a22716635e74dd84db311f5867ff760b38"
 """SHA-256 of that file."""
 STRIDE = 16
 """Number of pixels of which the sides of the network's pictures are multiples."""

@@ -1,10 +1,10 @@
 """Judge of lines: the probability that a line is no rope, and that an answer is wrong.
 
-Logistic models of what is known without the truth: how sharply ropes bend from one fragment to the
-next, how much worse the next pairing is, how even the width is, how distinct both sides are, and
-whether the network sees the same. The coefficients are fitted by `lariat bench perception instances
---fit` to rendered pictures that nothing else was tuned on and to photographs, and checked on others
-(docs/results/perception.md)."""
+Logistic models of what is known without the truth: how much worse the next pairing of fragments
+is, how even the width is, how distinct both sides are, and whether the network sees the same. The
+coefficients are fitted by `lariat bench perception instances --fit` to rendered pictures that
+nothing else was tuned on and to photographs, and checked on others (docs/results/perception.md).
+"""
 
 from __future__ import annotations
 
@@ -27,52 +27,34 @@ MAX_MARGIN = 2.0
 MAX_LOG_ODDS = 6.0
 """Limit of the log odds of a rope among the features of its image [-]."""
 BACKGROUND_COEFFICIENTS = (
-    1.7288,
-    -0.7162,
-    0.2234,
-    0.4055,
-    0.6441,
-    -0.1013,
-    -1.4679,
-    1.9533,
-    0.8573,
-    0.6337,
-    2.6945,
-    2.0630,
-    -0.4175,
-    3.0799,
-    0.6811,
+    4.2188,
+    -1.1683,
+    3.2816,
+    0.7223,
+    -0.1116,
+    -0.2772,
+    1.8323,
+    0.7913,
+    0.5845,
+    2.6785,
+    0.8475,
 )
 """Intercept, and one coefficient for each feature of a line, of the odds that it is no rope."""
 ROPE_COEFFICIENTS = (
-    1.1129,
-    -0.3024,
-    12.7035,
-    -0.8607,
-    -1.1742,
-    2.3040,
-    -0.9672,
-    5.4591,
-    -0.8284,
-    0.0299,
-    -0.8969,
-    0.4180,
-    0.5543,
-    2.6551,
-    1.4905,
+    2.5374,
+    -0.3842,
+    11.1438,
+    0.1206,
+    1.7936,
+    -1.1151,
+    2.0841,
+    -2.6194,
+    0.0082,
+    2.9222,
+    -0.9694,
 )
 """The same of the odds that it is not exactly one whole rope."""
-IMAGE_COEFFICIENTS = (
-    0.9133,
-    1.5608,
-    -0.7282,
-    -0.1781,
-    0.6219,
-    1.2307,
-    0.4769,
-    -0.7204,
-    -0.6213,
-)
+IMAGE_COEFFICIENTS = (-4.4166, 0.2633, 0.3997, -0.1046, -0.0217, 2.8073, 0.4603, -0.6357, 0.4034)
 """Intercept, and one coefficient for each feature of an image."""
 
 
@@ -84,8 +66,6 @@ class RopeFeatures:
     """Logarithm of its length in widths."""
     unevenness: float
     """Standard deviation of its width, relative to its mean [-]."""
-    worst_pair: float
-    """Largest cost of a pair of its fragments [-]."""
     ambiguity: float
     """Exponential of minus the margin of its least clear crossing, 0..1."""
     loose_ends: float
@@ -98,12 +78,6 @@ class RopeFeatures:
     """Share of its axis that could be a shadow of its sides, 0..1."""
     unseen: float
     """Mean of minus the network's log odds along its axis, limited."""
-    narrowing: float
-    """Absolute logarithm of its width between the flanks, relative to that of the foreground."""
-    straightness: float
-    """Minus the logarithm of its distance from a straight line, relative to its length."""
-    step: float
-    """Logarithm of the distance of its two sides' colours, relative to its contrast: an edge."""
     at_border: float
     """Share of its axis that lies beside the image's border, 0..1."""
     relative_width: float

@@ -90,21 +90,9 @@ def test_drawn_ropes_are_found_by_a_given_colour() -> None:
     [
         (CableAppearance((225, 225, 220)), "wood", 1),
         (CableAppearance((225, 225, 220)), "grey", 2),
-        pytest.param(
-            CableAppearance((28, 28, 30), width=6.0),
-            "print",
-            3,
-            marks=pytest.mark.xfail(
-                strict=True, reason="letters beside a thin black cable are joined to it"
-            ),
-        ),
+        (CableAppearance((28, 28, 30), width=6.0), "print", 3),
         (CableAppearance((190, 35, 40), (225, 225, 220)), "cloth", 4),
-        pytest.param(
-            CableAppearance((30, 60, 160), width=30.0),
-            "tiles",
-            5,
-            marks=pytest.mark.xfail(strict=True, reason="joints of tiles are joined to a cable"),
-        ),
+        (CableAppearance((30, 60, 160), width=30.0), "tiles", 5),
     ],
 )
 def test_the_centreline_of_a_glossy_cable_is_complete_on_every_table(

@@ -19,6 +19,9 @@ BENCHES: dict[str, Bench] = {
         "benchmarks.robustness.bench", "runs with hidden ropes, grips and simulators"
     ),
     "narrow": Bench("benchmarks.narrow.bench", "paths through posts, beams, windows and corridors"),
+    "narrow ablation": Bench(
+        "benchmarks.narrow.ablation", "plans without each part of the planner in turn"
+    ),
     "paper": Bench("benchmarks.paper.bench", "the paper's simulations, its methods and ours"),
     "paper horizon": Bench("benchmarks.paper.horizon", "one horizon: its time and its error"),
     "paper real": Bench("benchmarks.paper.real", "its real experiments, MuJoCo as the lab"),

@@ -18,14 +18,14 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
+from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import signed_distance
 from lariat.geometry.poses import Pose
 from lariat.geometry.swept_clearance import swept_clearance
 from lariat.planning.time_parameterization import Pace, time_parameterize
 from lariat.planning.tree_search.grip_motion import GripMotion, Grips
 from lariat.planning.tree_search.sag import SagTable
-from lariat.rod import EDGE_AXIS, Rod, RodState, RolloutSpec
+from lariat.rod import EDGE_AXIS, Rod, RodState, RolloutSpec, state_along
 from lariat.scenario import Scenario, Shape, load
 from lariat.scenario.sections import End, Ends, Limits, Obstacle
 from lariat.scenario.shipped import find
@@ -181,10 +181,12 @@ def drive(
     positions: Float64[np.ndarray, "t 2 3"],
     orientations: Float64[np.ndarray, "t 2 4"],
     dt: float,
+    least: float = CLEARANCE,
+    start: Float64[np.ndarray, "k 3"] | None = None,
 ) -> tuple[float, Float64[np.ndarray, "n 3"]]:
     """Return the clearance of the plant along a path [m], and its nodes at rest after it [m].
 
-    Obstacles are measured, not felt; the motion ends where it comes closer than `CLEARANCE`.
+    Obstacles are measured, not felt.
 
     Args:
         rod: The plant.
@@ -192,9 +194,15 @@ def drive(
         positions: Positions of the grips [m].
         orientations: Orientations of the grips, wxyz.
         dt: Time between points [s].
+        least: Clearance below which the motion ends [m].
+        start: Nodes near which the rope rests at the beginning [m].
     """
     left, right = (Pose(p, q) for p, q in zip(positions[0], orientations[0], strict=True))
-    state: RodState = rod.rest(left, right).state
+    guess = None
+    if start is not None:
+        fine = polylines.resample_smooth(start, rod.node_count)
+        guess = state_along(fine, left.orientation, right.orientation)
+    state: RodState = rod.rest(left, right, guess=guess).state
     turns = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
     velocities = np.concatenate([np.diff(positions, axis=0), turns], axis=2) / dt
     settling = np.zeros((round(SETTLING_TIME / dt), 2, 6))
@@ -206,7 +214,7 @@ def drive(
         nodes = np.concatenate([state.positions[None], rollout.positions])
         clearance = min(clearance, swept_clearance(nodes, radius, obstacles))
         state = rollout.final
-        if clearance < CLEARANCE:
+        if clearance < least:
             break
     return clearance, state.positions
 

@@ -117,8 +117,8 @@ class RopeTracker:
         estimator, count = self.estimator, self.estimator.rod.node_count
         # A rope that perception has lost is not seen, however doubtful it was before.
         self.p_wrong = seen.p_wrong if len(seen.nodes) else 0.0
-        early = seen.stamp < estimator.start_time
-        if self.p_wrong > MAX_P_WRONG or early or len(seen.nodes) != count:
+        late = seen.stamp < estimator.oldest
+        if self.p_wrong > MAX_P_WRONG or late or len(seen.nodes) != count:
             return None
         rope = self._registered(seen) if adapts else seen
         estimator.observe(rope)

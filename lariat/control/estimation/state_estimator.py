@@ -125,7 +125,6 @@ class StateEstimator:
             *ends.grips, guess=guess, obstacles=self.supports
         ).state
         self.motion, self.time = motion, time
-        self.start_time = time
         count = len(self.state.positions)
         self.offset: Float64[np.ndarray, "n 3"] = np.zeros((count, 3))
         self._variance = np.full(count, self.settings.initial_offset_deviation**2)
@@ -143,6 +142,11 @@ class StateEstimator:
     def held_motion(self) -> MotionState:
         """Motion of the model's ends, which the grips hold with their errors."""
         return self.grip_errors.held(self.motion)
+
+    @property
+    def oldest(self) -> int:
+        """Time up to which an observation can be compared with the model [ns]."""
+        return self._history[0][0]
 
     @property
     def leaning(self) -> bool:

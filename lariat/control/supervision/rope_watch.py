@@ -15,8 +15,13 @@ from lariat.control.supervision.replanning import Cause, Replanning
 from lariat.control.supervision.slip_detector import SlipDetector
 from lariat.control.supervision.snag_detector import Snag, SnagDetector
 from lariat.geometry.obstacles import Obstacle
+from lariat.trajectory import NANOSECONDS
 
 log = logging.getLogger(__name__)
+
+MAX_LEAD = 0.1
+"""Time by which an image may be newer than the arms' state that its ends are compared with [s];
+moving grips leave a model behind whose arms have not spoken for longer."""
 
 
 class RopeWatch:
@@ -73,7 +78,10 @@ class RopeWatch:
         if self._task.state is not RunState.RUNNING:
             self._slip_detector.reset()
             return
-        grips = self._rope.estimator.model_nodes_at(rope.stamp)[[0, -1]]
+        estimator = self._rope.estimator
+        if (rope.stamp - estimator.time) * NANOSECONDS > MAX_LEAD:
+            return
+        grips = estimator.model_nodes_at(rope.stamp)[[0, -1]]
         slip = self._slip_detector.observe(rope.nodes, rope.observed, grips)
         if slip is None:
             return

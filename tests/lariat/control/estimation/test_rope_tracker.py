@@ -51,6 +51,21 @@ def test_lost_doubtful_early_and_other_ropes_are_no_observation(tracker: RopeTra
     assert (tracker.last_seen, tracker.image_stamp) == (2 * SECOND, SECOND)
 
 
+def test_an_image_older_than_what_is_kept_of_the_motion_is_no_observation(
+    tracker: RopeTracker,
+) -> None:
+    """Compared with grips that have moved on since, its rope would seem to have left them."""
+    seen, kept = seen_by(tracker), tracker.estimator.settings.history_time
+    moved = HELD
+    for k in range(1, 11):
+        moved = MotionState.at_rest(
+            *grips((-0.19, 0.0, 0.3 + 0.01 * k), (0.19, 0.0, 0.3 + 0.01 * k))
+        )
+        assert tracker.advance(moved, SECOND + int(0.1 * k * kept * 1.2 * SECOND), 1)
+    assert take(tracker, seen) is None
+    assert take(tracker, replace(seen, stamp=tracker.estimator.oldest)) is not None
+
+
 def test_bridged_nodes_are_no_sight_of_the_rope(tracker: RopeTracker) -> None:
     seen = replace(seen_by(tracker), observed=np.zeros(COUNT, dtype=bool))
     assert take(tracker, seen) is seen

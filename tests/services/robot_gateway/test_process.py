@@ -93,7 +93,7 @@ def test_arm_loses_its_power_after_a_killed_gateway_and_with_one_that_ends(
     first = newest(states).boot
     gateway.end(signal.SIGKILL)
     # Its guard outlives it.
-    until(lambda: not drives.enabled, 3.0)
+    until(lambda: not drives.enabled)
 
     gateway = Process(processes, "services.robot_gateway", *gateway_arguments)
     until(lambda: (state := newest_or_none(states)) and state.boot != first, START_TIMEOUT)
@@ -103,7 +103,7 @@ def test_arm_loses_its_power_after_a_killed_gateway_and_with_one_that_ends(
     client.command_arms(ArmCommand.ARM)
     until(lambda: drives.enabled)
     assert gateway.end(signal.SIGTERM) == 0
-    until(lambda: not drives.enabled, 1.0)
+    until(lambda: not drives.enabled)
 
 
 def newest_or_none(states: Subscription) -> ArmStates | None:

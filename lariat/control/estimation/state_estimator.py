@@ -125,6 +125,7 @@ class StateEstimator:
             *ends.grips, guess=guess, obstacles=self.supports
         ).state
         self.motion, self.time = motion, time
+        self.start_time = time
         count = len(self.state.positions)
         self.offset: Float64[np.ndarray, "n 3"] = np.zeros((count, 3))
         self._variance = np.full(count, self.settings.initial_offset_deviation**2)

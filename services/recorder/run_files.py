@@ -48,14 +48,10 @@ RETRY_PERIOD = 10 * SECOND
 MAX_PRE_ROLL_SIZE = 2**28
 """Largest size of the messages that wait [bytes]."""
 MAX_STEP_SIZE = 2**23
-"""Size of the messages after which a step writes no more images [bytes]; each late step after
-another halves it."""
-MAX_HALVINGS = 3
-"""Most times that it is halved [-]: some images stay on the busiest machine."""
-LATE_STEP_TIME = SECOND // 2
-"""Time since the step before from which a step is late [ns]."""
-FLUSHED_STEP_TIME = SECOND // 10
-"""Time since the step before from which a step flushes: the next may take as long [ns]."""
+"""Size of the messages after which a step in time writes no more images [bytes]."""
+LATE_STEP_TIME = SECOND // 10
+"""Time since the step before from which a step is late [ns]: what it has written is lost with the
+process until it is over, so that it writes less, and flushes."""
 
 
 class RunFiles:
@@ -86,8 +82,8 @@ class RunFiles:
         """Name of the run in the file; empty while the cell is idle."""
         self._stepped: int | None = None
         """Time of the last step [ns]."""
-        self.late_steps = 0
-        """Number of late steps in a row, up to this one."""
+        self.lateness = 0.0
+        """Time since the step before, in units of `LATE_STEP_TIME`."""
         self.failure = ""
         """Reason why nothing is recorded; empty while a file is open."""
         self.late: tuple[str, str] | None = None
@@ -134,9 +130,8 @@ class RunFiles:
         """Write messages, begin and end files, check the free space, flush the open file."""
         if self._start is None:
             self._start = now
-        since_last = 0 if self._stepped is None else now - self._stepped
+        self.lateness = (now - (self._stepped or now)) / LATE_STEP_TIME
         self._stepped = now
-        self.late_steps = self.late_steps + 1 if since_last >= LATE_STEP_TIME else 0
         # Arms that still move belong to the run: another file would hold its end once more.
         last = max(self._run_end, self._moved)
         if self.run and self._run_end and now - last >= AFTER_RUN_TIME:
@@ -151,7 +146,7 @@ class RunFiles:
             return
         try:
             self._check_free_space()
-            self._writer.flush(now, at_once=since_last >= FLUSHED_STEP_TIME)
+            self._writer.flush(now, at_once=self.lateness >= 1.0)
         except OSError as error:
             self._give_up(f"cannot write {self._writer.path}: {error}", now)
 
@@ -194,7 +189,7 @@ class RunFiles:
             begin = self._open_time + CATCH_UP_TIME
             states = [*self._pre_roll.take_states(begin, MAX_STEP_SIZE)]
             self._write(states, now)
-            size = MAX_STEP_SIZE >> min(self.late_steps, MAX_HALVINGS)
+            size = MAX_STEP_SIZE / max(1.0, self.lateness) ** 2
             size -= sum(len(message.payload) for message in states)
             self._write(self._pre_roll.take_oldest(size), now)
             if now - self._open_time >= CATCH_UP_TIME:

@@ -35,6 +35,8 @@ OWN_WRITES = (
     topics.GOAL_LIST,
 )
 """Topics on which it publishes, beside the drawing."""
+LATE_DRAWING = 5.0
+"""Lateness of a step from which it draws nothing [-]."""
 MAX_STREAMS = 4096
 """Most pairs of topic and publisher whose numbers are remembered, and most keys."""
 MAX_LOSS = 1_000_000
@@ -134,7 +136,7 @@ class RecorderService:
             self.note = self._files.failure
             if self.note:
                 log.error("not recording: %s", self.note)
-        if not self._files.late_steps:
+        if self._files.lateness < LATE_DRAWING:
             with self.door.guard("the drawing of the cell"):
                 yield from self._view.draw(now)
         writer = self._files.writer

@@ -29,7 +29,7 @@ from shared.recording.layout import (
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION, commit, version
 
-FLUSH_PERIOD = 500_000_000
+FLUSH_PERIOD = 100_000_000
 """Longest log time that is lost when the writer is killed [ns]."""
 MAX_CHANNELS = 4096
 """Most channels of a file; MCAP numbers 65536, and ids of publishers can be made up."""

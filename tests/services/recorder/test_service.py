@@ -484,25 +484,23 @@ def test_a_recorder_that_lags_leaves_out_images_and_writes_every_state_at_once(t
     cell.recorder.close()
 
 
-def test_a_recorder_that_stays_late_writes_fewer_and_fewer_images_and_draws_nothing(
-    tmp_path: Path,
-):
+def test_the_later_a_step_of_the_recorder_the_fewer_images_it_writes(tmp_path: Path):
     cell = Cell(tmp_path, start_up=0.0)
     cell.live(1.0)
     cell.live(2.0, RUNNING, "run-1")
     (file,) = runs_of(tmp_path)
     counts: list[int] = []
-    for _ in range(5):
-        cell.now += SECOND // 2
+    for late in (0.1, 0.2, 0.8):
+        cell.now += round(late * SECOND)
         hear_images(cell, 60)
         cell.said = []
         cell.live(1 / 30, RUNNING, "run-1")
-        assert not any(topic.key.startswith("view/") for topic, _ in cell.said)
+        drawn = any(topic.key.startswith("view/") for topic, _ in cell.said)
+        assert drawn == (late < 0.5)
         counts.append(len(stamps(file, topics.CAMERA_COLOR.at("overhead").key)) - sum(counts))
-    assert counts[:3] == sorted(set(counts[:3]), reverse=True)
-    assert counts[2] > 0
-    assert counts[2:] == 3 * [counts[2]]
-    assert len(stamps(file, topics.ROPE_NODES.key)) == 300
+    assert counts == sorted(set(counts), reverse=True)
+    assert counts[-1] > 0
+    assert len(stamps(file, topics.ROPE_NODES.key)) == 180
     cell.live(2.0, RUNNING, "run-1")
     assert any(topic.key.startswith("view/") for topic, _ in cell.said)
     cell.recorder.close()
@@ -534,7 +532,7 @@ def test_what_waits_at_the_end_is_saved_and_its_progress_is_logged(
     assert lines == sorted(lines, key=lambda line: -float(line.split()[3]))
 
 
-def test_no_more_than_half_a_second_is_missing_where_the_recorder_is_killed(tmp_path: Path):
+def test_no_more_than_a_tenth_of_a_second_is_missing_where_the_recorder_is_killed(tmp_path: Path):
     cell = Cell(tmp_path, start_up=3.0)
     for seconds, state in ((2.9, IDLE), (2.5, IDLE), (2.0, RUNNING)):
         # The first file is a start's, the second of the idle cell, the third of a run.
@@ -544,7 +542,7 @@ def test_no_more_than_half_a_second_is_missing_where_the_recorder_is_killed(tmp_
             newest = max(tmp_path.glob("*.mcap"), key=lambda path: path.stat().st_mtime_ns)
             last = max(stamps(newest, "arm/command"), default=None)
             if last is not None:
-                assert (cell.now - NOW) / SECOND - last < 0.75
+                assert (cell.now - NOW) / SECOND - last < 0.1 + 0.1 + 0.05
 
 
 def test_an_idle_cell_is_recorded_like_a_run_on_request(tmp_path: Path):

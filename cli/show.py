@@ -52,8 +52,9 @@ def main(
         with refusing(f"cannot show {file}"):
             scenario = recording.scenario(Path(folder))
         site = Site(page, f"Lariat · {file.name}")
-        shown = Page(site.viser, scenario, Outbox("show"), live=False)
-        player = Player(site.viser, shown, timeline)
+        viser = site.open_viser()
+        shown = Page(viser, scenario, Outbox("show"), live=False)
+        player = Player(viser, shown, timeline)
         note = f" ({recording.damage})" if recording.damage else ""
         print(
             f"{file}{note}: {(timeline.end - timeline.start) / SECOND:.1f} s at "

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from dashboard.controls.first_steps import FirstSteps
 from dashboard.controls.hold_path import HoldPath
 from dashboard.controls.stop_bar import StopBar
 from dashboard.options import DashboardOptions
 from dashboard.outbox import Outbox
-from dashboard.page import Page
 from dashboard.subscriptions import READS, latest_with_age, reads, silence, unheard
 from dashboard.web.site import Site
 from lariat.arms.description import with_own_urdfs
@@ -19,9 +19,12 @@ from shared.door import Door
 from shared.runtime.service import Inbox, Publication
 from shared.topics import Topic
 
+if TYPE_CHECKING:
+    from dashboard.page import Page
+
 
 class DashboardService:
-    """Web page that every step brings up to date."""
+    """Web page that every step brings up to date; its HOLD works before the page is built."""
 
     name = "dashboard"
     reads: Sequence[Topic] = (topics.CAMERA_COLOR, topics.CAMERA_CALIBRATION, *READS)
@@ -49,16 +52,22 @@ class DashboardService:
         self._first_steps = FirstSteps(scenario.simulated)
         self._site = Site(options, f"{scenario.name} · Lariat", self._stop_bar)
         self.address = self._site.address
-        self._page = Page(self._site.viser, scenario, self.outbox)
+        self._scenario = scenario
+        self._page: Page | None = None
         self.door = Door()
         # Whoever names the file of the token says where the page is.
         self.greeting = "" if options.token_file else f"dashboard at {self.address}"
 
     def warm_up(self) -> None:
-        """Do nothing: no code is compiled here."""
+        """Build the page."""
+        # Its import takes longer than HOLD may be away after the death of the process.
+        from dashboard.page import Page
+
+        self._page = Page(self._site.open_viser(), self._scenario, self.outbox)
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Run people's actions, draw new messages and publish requests."""
+        assert self._page is not None, "a service is warmed up before its first step"
         self._page.run_actions()
         arms, age = latest_with_age(inbox, topics.ARM_STATE, now)
         task, _ = latest_with_age(inbox, topics.TASK_STATE, now)
@@ -79,7 +88,8 @@ class DashboardService:
 
     def close(self) -> None:
         """Stop the web server."""
-        self._page.close()
+        if self._page is not None:
+            self._page.close()
         self._site.close()
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import json as encoder
 import os
+import signal
 import subprocess
 import sys
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -19,6 +21,7 @@ import msgspec
 import numpy as np
 import zstandard
 
+from benchmarks.child_processes import child_processes
 from benchmarks.faults.no_control import NoControl
 from benchmarks.live_stack import LiveStack
 from benchmarks.speed.pages import CAMERA, PROTOCOL, admitted
@@ -36,6 +39,8 @@ ANSWER_TIMEOUT = 5.0
 """Longest wait for an answer to a hold [s]."""
 LIMIT = 0.15
 """Time within which 99 % of all holds must be confirmed [s]."""
+RETURN_LIMIT = 2.0
+"""Time within which a hold must be confirmed that is pressed while the dashboard is dead [s]."""
 WORST_FILES = (
     "a=[" + "1," * (MAX_FILE_SIZE // 2 - 8) + "]",
     "a=[" + "{b=1}," * (MAX_FILE_SIZE // 6 - 8) + "]",
@@ -83,8 +88,10 @@ class Holds:
     """Median time from press to confirmed [ms]."""
     p99_ms: float
     """99th percentile of that time [ms]."""
+    longest_ms: float
+    """Longest time [ms]."""
     ok: bool
-    """Whether all were confirmed, 99 % of them within `LIMIT`."""
+    """Whether all were confirmed, 99 % of them within `LIMIT`, or each within `RETURN_LIMIT`."""
 
 
 class Page:
@@ -93,6 +100,7 @@ class Page:
     def __init__(self, session: aiohttp.ClientSession, stack: LiveStack) -> None:
         self._session, self._address = session, stack.address
         self.port, self.hub_port = urlsplit(stack.address).port or 80, stack.port
+        self.launcher = stack.pid
         self.buttons: list[str] = []
         """Buttons that take a file."""
         self.notes = 0
@@ -106,7 +114,8 @@ class Page:
         """
         page, headers = await admitted(self._session, self._address)
         connect = self._session.ws_connect
-        self._bar = await connect(f"{page}/cell", headers=headers)
+        self._connect = partial(connect, f"{page}/cell", headers=headers)
+        self._bar = await self._connect()
         self._viser = await connect(page, protocols=(PROTOCOL,), headers=headers, max_msg_size=0)
         await self.send(CAMERA)
         self._reading = asyncio.create_task(self._read())
@@ -130,16 +139,31 @@ class Page:
         await self._viser.send_bytes(msgspec.msgpack.encode(message))
 
     async def hold(self, number: int) -> tuple[float, bool]:
-        """Press HOLD; return the time until its answer [s], and whether it is confirmed."""
+        """Press HOLD; return the time until its answer [s], and whether it is confirmed.
+
+        A press that loses the connection is sent again over a new one, as the page does it.
+        """
         begun = time.monotonic()
+        while True:
+            try:
+                confirmed = await self._ask(number)
+                return time.monotonic() - begun, confirmed
+            except (aiohttp.ClientError, aiohttp.WSMessageTypeError):
+                await asyncio.sleep(PRESS_PERIOD)
+            with suppress(aiohttp.ClientError):
+                self._bar = await self._connect()
+
+    async def _ask(self, number: int) -> bool:
         await self._bar.send_str(encoder.dumps({"type": "hold", "number": number}))
         while True:
             answer = encoder.loads(await self._bar.receive_str(timeout=ANSWER_TIMEOUT))
             if answer.get("hold") == number:
-                return time.monotonic() - begun, answer["answer"]["confirmed"]
+                return answer["answer"]["confirmed"]
             await self._bar.send_str('{"type": "seen"}')
 
 
+KILLED = "kill -9 of the dashboard"
+"""Case in which one press waits for the next process."""
 Count = Callable[[], int]
 """Number of attacks that have arrived."""
 
@@ -199,11 +223,20 @@ async def _crowd(page: Page, port: int = 0) -> AsyncIterator[Count]:
         crowd.wait()
 
 
+@asynccontextmanager
+async def _death(page: Page) -> AsyncIterator[Count]:
+    """Kill the dashboard, which the launcher starts again."""
+    (dashboard,) = (p for p, n in child_processes(page.launcher).items() if n == "dashboard")
+    os.kill(dashboard, signal.SIGKILL)
+    yield lambda: 1
+
+
 CASES: dict[str, tuple[Callable[[Page], AbstractAsyncContextManager[Count]], int]] = {
     "idle": (_none, 1),
     "ten of the worst files at once": (_uploads, 1),
     "5,000 connections of another user": (_crowd, CONNECTIONS),
     "5,000 to the bus": (lambda page: _crowd(page, page.hub_port), CONNECTIONS),
+    KILLED: (_death, 1),
 }
 """Attacks during which HOLD is pressed, by name, and how many of them must arrive meanwhile."""
 ARRIVAL_TIMEOUT = 180.0
@@ -225,7 +258,8 @@ def run(
         json: Print one JSON object instead of a table.
 
     Returns:
-        0 when every hold was confirmed, 99 % of each case within 150 ms, 1 otherwise.
+        0 when every hold was confirmed, 99 % of each case within 150 ms, or each within 2 s of the
+        dashboard's death, 1 otherwise.
     """
     for name in cases:
         if name not in CASES:
@@ -260,5 +294,7 @@ async def _press(page: Page, case: str, seconds: float) -> Holds:
             await asyncio.sleep(PRESS_PERIOD)
     p50, p99 = np.percentile(waits, [50, 99])
     unconfirmed = len(waits) - confirmed
-    ok = not unconfirmed and bool(p99 <= 1e3 * LIMIT)
-    return Holds(case, attacks, len(waits), unconfirmed, round(p50, 1), round(p99, 1), ok)
+    in_time = max(waits) <= 1e3 * RETURN_LIMIT if case == KILLED else p99 <= 1e3 * LIMIT
+    ok = not unconfirmed and bool(in_time)
+    times = (round(p50, 1), round(p99, 1), round(max(waits), 1))
+    return Holds(case, attacks, len(waits), unconfirmed, *times, ok)

@@ -43,13 +43,19 @@ class HoldPath:
         """Newest state of the gateway that a step has seen."""
         self._session = session
         self._send: Callable[[ArmCommand], None] | None = None
+        self._heard = False
+        """Whether a state of the gateway has come while a hold waited."""
         self._lock = threading.Lock()
         self._count = 0
         self._waiting: list[_Hold] = []
 
     def connect(self, send: Callable[[ArmCommand], None]) -> None:
-        """Take the function that stamps and sends a command."""
-        self._send = send
+        """Take the function that stamps and sends a command; send what waits for it."""
+        with self._lock:
+            self._send = send
+            waiting = [hold for hold in self._waiting if time.monotonic() < hold.end]
+        for hold in waiting:
+            self._request(send, hold.command)
 
     @property
     def waits(self) -> bool:
@@ -59,25 +65,27 @@ class HoldPath:
     def hold(self) -> Future[HoldAnswer]:
         """Stop the arms; the future is completed when the gateway has confirmed it."""
         answer: Future[HoldAnswer] = Future()
-        if self._send is None:
-            answer.set_result(HoldAnswer(False, "the dashboard has not joined the bus yet"))
-            return answer
         now = time.monotonic()
         with self._lock:
             self._count += 1
             command = f"{self._session}-hold-{self._count}"
             self._waiting = [hold for hold in self._waiting if now < hold.end]
             self._waiting.append(_Hold(command, now + HOLD_TIMEOUT, answer))
+            # One that comes before the process has joined the bus waits for that.
+            send = self._send
+        if send is not None:
+            self._request(send, command)
+        return answer
+
+    def _request(self, send: Callable[[ArmCommand], None], command: str) -> None:
         # The gateway obeys a hold whatever it answers, so it is sent before its first state too.
         seen = self.newest
-        self._send(
-            ArmCommand(id=command, action=ArmCommand.HOLD, boot=seen.boot, answers=seen.stamp)
-        )
-        return answer
+        send(ArmCommand(id=command, action=ArmCommand.HOLD, boot=seen.boot, answers=seen.stamp))
 
     def take(self, state: ArmStates) -> None:
         """Answer the holds that a state of the gateway confirms or refuses."""
         with self._lock:
+            first, self._heard = not self._heard, True
             waiting, self._waiting = self._waiting, []
             for hold in waiting:
                 answer = _confirmation(hold, state)
@@ -86,6 +94,11 @@ class HoldPath:
                 # Its reader may have given up in the meantime.
                 elif hold.answer.set_running_or_notify_cancel():
                     hold.answer.set_result(answer)
+            # What was sent before the gateway and this process knew each other is lost; what comes
+            # twice counts once.
+            if first and self._send is not None:
+                for hold in self._waiting:
+                    self._request(self._send, hold.command)
 
 
 def is_stopped(state: ArmStates) -> bool:

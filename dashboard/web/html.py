@@ -6,8 +6,6 @@ import re
 from functools import cache
 from pathlib import Path
 
-import viser
-
 from dashboard.markup import escaped
 
 BROWSER = Path(__file__).parent / "browser"
@@ -75,6 +73,9 @@ def page(title: str, with_cell: bool, nonce: str) -> str:
     Raises:
         RuntimeError: viser's page has no place for them.
     """
+    # The web server starts before anybody imports this one, which takes longer.
+    import viser
+
     text = (Path(viser.__file__).parent / "client/build/index.html").read_text()
     parts = ""
     for name in (*CELL_PARTS, *PARTS) if with_cell else PARTS:

@@ -36,14 +36,14 @@ PING_PERIOD = 10.0
 class Relay:
     """Relay of all pages to one viser server."""
 
-    def __init__(self, viser_socket: Path, controls: Controls | None = None) -> None:
+    def __init__(self, controls: Controls | None = None) -> None:
         """Create a relay.
 
         Args:
-            viser_socket: Unix socket of the server.
             controls: Decides which page may act; None where every page may.
         """
-        self._viser_socket = viser_socket
+        self.viser_socket: Path | None = None
+        """Unix socket of the server; None before it listens."""
         self._controls = controls
         self._count = 0
 
@@ -51,12 +51,14 @@ class Relay:
         """Relay messages until one side closes the connection."""
         if self._count >= MAX_PAGES:
             raise web.HTTPServiceUnavailable(text=f"{MAX_PAGES} pages are open, no more can be")
+        if self.viser_socket is None:
+            raise web.HTTPServiceUnavailable(text="the page is being built; try again")
         self._count += 1
         page = request.match_info["page"]
         if self._controls:
             self._controls.enter(page, time.monotonic())
         try:
-            connector = aiohttp.UnixConnector(str(self._viser_socket))
+            connector = aiohttp.UnixConnector(str(self.viser_socket))
             async with aiohttp.ClientSession(connector=connector) as session:
                 return await self._relay(request, session, page)
         finally:

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-import viser
+from typing import TYPE_CHECKING
 
 from dashboard import palette
 from dashboard.options import DashboardOptions
 from dashboard.web.cell_socket import Cell
-from dashboard.web.private_viser import PrivateViser
 from dashboard.web.web_server import WebServer
 from lariat.plain_text import plain_text
+
+if TYPE_CHECKING:
+    import viser
+
+    from dashboard.web.private_viser import PrivateViser
 
 NOTIFICATION_DURATION = 8.0
 """Time for which a notification is shown [s]."""
 
 
 class Site:
-    """viser server and web server, started and closed together."""
+    """Web server, and the viser server behind it once that is opened; both are closed together.
+
+    The web server alone holds arms, so that they can be held before the page is built.
+    """
 
     def __init__(self, options: DashboardOptions, title: str, cell: Cell | None = None) -> None:
-        """Start both.
+        """Start the web server.
 
         Args:
             options: Where the page is, and who may see it.
@@ -29,16 +36,20 @@ class Site:
         Raises:
             ConfigurationError: The port is taken, or the options admit nobody or too many.
         """
-        self._private = PrivateViser(title)
-        self.viser: viser.ViserServer = self._private.server
-        """Elements of the page."""
-        try:
-            self._web_server = WebServer(options, self._private.path, title, cell)
-        except BaseException:
-            self._private.close()
-            raise
+        self._title = title
+        self._private: PrivateViser | None = None
+        self._web_server = WebServer(options, title, cell)
         self.address: str = self._web_server.address
         """Address that a person opens."""
+
+    def open_viser(self) -> viser.ViserServer:
+        """Start the viser server, whose elements are the page's."""
+        # Its import takes longer than the start of the web server.
+        from dashboard.web.private_viser import PrivateViser
+
+        self._private = PrivateViser(self._title)
+        self._web_server.open_page(self._private.path)
+        return self._private.server
 
     def show_status(self, status: str) -> None:
         """Send a status, a JSON object, to the stop bar of every page."""
@@ -47,7 +58,8 @@ class Site:
     def close(self) -> None:
         """Disconnect everybody and stop."""
         self._web_server.close()
-        self._private.close()
+        if self._private is not None:
+            self._private.close()
 
 
 def notify(server: viser.ViserServer, title: str, body: str) -> None:

@@ -69,7 +69,6 @@ class WebServer:
     def __init__(
         self,
         options: DashboardOptions,
-        viser_socket: Path,
         title: str,
         cell: Cell | None = None,
     ) -> None:
@@ -94,7 +93,7 @@ class WebServer:
         }
         controls = Controls() if cell else None
         self._cell_socket = CellSocket(cell, controls) if cell and controls else None
-        self._relay = Relay(viser_socket, controls)
+        self._relay = Relay(controls)
         self._door = Door()
         self._strangers = Strangers()
         self._judging = asyncio.Lock()
@@ -116,6 +115,14 @@ class WebServer:
             target=self._loop.run_forever, name="web server", daemon=True
         )
         self._thread.start()
+
+    def open_page(self, viser_socket: Path) -> None:
+        """Serve the page from now on.
+
+        Args:
+            viser_socket: Unix socket on which the viser server listens.
+        """
+        self._relay.viser_socket = viser_socket
 
     def show(self, status: str) -> None:
         """Send a status, a JSON object, to the stop bar of every page; from any thread."""
@@ -281,6 +288,8 @@ class WebServer:
         return answer
 
     async def _show_page(self, request: web.Request) -> web.StreamResponse:
+        if self._relay.viser_socket is None:
+            raise _refusal(web.HTTPServiceUnavailable, "The page is being built", "Try again.")
         text = html.page(self._title, self._cell_socket is not None, self._nonce)
         return web.Response(text=text, content_type="text/html")
 

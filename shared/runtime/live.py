@@ -12,7 +12,8 @@ In addition to the members of `shared.runtime.service.Service`, a service may ha
 * `greeting: str`: line to print on standard error once it is ready, for what must not be in the
   log: that is published and recorded,
 * `wakes: Sequence[Topic]`: topics of its inbox whose messages do not wait for the next step,
-* `reflex: shared.runtime.service.Reflex`: takes and publishes messages between the steps,
+* `reflex: shared.runtime.service.Reflex`: takes and publishes messages between the steps, and while
+  the service warms up,
 * `door: shared.door.Door`: guards the handling of what others send; its refusals are counted,
 * `note: str`: current activity or problem, shown in its health,
 * `longest_step: float`: longest duration of a step [s], if longer than its period. No health is
@@ -44,7 +45,7 @@ from lariat.scenario import Scenario, load
 from lariat.trajectory import SECOND
 from shared import bus as buses
 from shared import topics
-from shared.bus import Bus, BusError, BusOptions
+from shared.bus import Bus, BusError, BusOptions, RawSubscription, Subscription
 from shared.messages import Health, Trace
 from shared.runtime.clock import Clock, SystemClock
 from shared.runtime.closed_pipe import ending_with_the_reader
@@ -111,7 +112,6 @@ def main(module: str, extra: type | None = None) -> None:
     try:
         build: Callable[..., Service] = importlib.import_module(f"{module}.service").build
         service = build(_scenario(live), session, *more)
-        service.warm_up()
         # Before this line a signal may end the process at once: there is nothing to clean up.
         with stopping_on_signals() as stop:
             options = {f.name: getattr(live, f.name) for f in fields(BusOptions)}
@@ -138,7 +138,7 @@ def run(
     heartbeat: Path | None = None,
     stop: StopSignal | None = None,
 ) -> None:
-    """Step a service that is warmed up until a signal.
+    """Warm a service up, and step it until a signal.
 
     Args:
         service: The service.
@@ -149,11 +149,13 @@ def run(
         stop: Signal that ends the service.
 
     Raises:
-        Stopped: A signal was received; the service has been closed.
+        Stopped: A signal was received; the service has been closed if it was warmed up.
         SystemExit: A step failed; its traceback is in the log.
     """
     handler = BusHandler(bus.publisher(topics.LOG.at(service.name)), service.name)
     runner = Runner(service, bus, clock, session, heartbeat, stop or StopSignal())
+    service.warm_up()
+    runner.subscribe()
     try:
         logging.getLogger().addHandler(handler)
         bus.declare_alive(service.name)
@@ -221,15 +223,8 @@ class Runner:
         self._mailbox = Mailbox(service.reads)
         self._newest: dict[str, int] = {}
         self._arrived = threading.Event()
-        wakes = {topic.key for topic in getattr(service, "wakes", ())}
-        self._subscriptions = [
-            bus.subscribe(
-                topic,
-                topic not in service.writes,
-                self._arrived.set if topic.key in wakes else None,
-            )
-            for topic in service.reads
-        ]
+        self._bus = bus
+        self._subscriptions: list[Subscription] = []
         self._publishers = {t.key: bus.publisher(t) for t in service.writes}
         self._reflex: Reflex | None = getattr(service, "reflex", None)
         if self._reflex is not None:
@@ -238,12 +233,25 @@ class Runner:
             topic = replace(self._reflex.reads, buffering="latest")
             self._reflex_input = bus.subscribe(topic, arrived=self._react)
         self._tap = getattr(service, "tap", None)
-        self._everything = bus.subscribe_all() if self._tap else None
+        self._everything: RawSubscription | None = None
         self._trace = bus.publisher(topics.TRACE.at(service.name))
         self._health = bus.publisher(topics.HEALTH.at(service.name))
         self._session = session
         self.meter = HealthMeter(1.0 / service.rate)
         self._stall_watch: StallWatch | None = None
+
+    def subscribe(self) -> None:
+        """Take messages for the first step from now on: a service that warms up misses them."""
+        service, wakes = self._service, {topic.key for topic in getattr(self._service, "wakes", ())}
+        self._subscriptions = [
+            self._bus.subscribe(
+                topic,
+                topic not in service.writes,
+                self._arrived.set if topic.key in wakes else None,
+            )
+            for topic in service.reads
+        ]
+        self._everything = self._bus.subscribe_all() if self._tap else None
 
     def _send_at_once(self, message: Any) -> None:
         """Publish a message of the reflex; called in any thread."""

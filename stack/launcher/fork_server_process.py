@@ -30,8 +30,10 @@ SHARED_MODULES = (
     "lariat.scenario.extensions",
     "lariat.protocols",
     "lariat.rod",
+    "dashboard.web.site",
 )
-"""Modules that most processes of the stack import; none of them starts a thread."""
+"""Modules that most processes of the stack import, and the dashboard before its HOLD works; none of
+them starts a thread."""
 MAX_REQUEST_SIZE = 65536
 """Largest request [bytes]."""
 GO = b"g"

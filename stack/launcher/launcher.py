@@ -231,6 +231,8 @@ class Launcher:
                 if process.state in ("starting", "frozen"):
                     if process.state == "frozen":
                         self._console.print_line(process.program.name, "answers again", "warning")
+                    if not self._starting:
+                        process.prioritize()
                     self._change(process, "ready")
 
     def _print(self, process: Process) -> None:

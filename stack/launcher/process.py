@@ -20,6 +20,9 @@ from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 CHILD_PROCESS = Path(__file__).with_name("child_process.py")
 ENVIRONMENT = {**LIBRARY_ENVIRONMENT, "PYTHONUNBUFFERED": "1"}
 """Environment variables that every process gets."""
+RESTART_NICENESS = -5
+"""Lowest priority at which a process starts that replaces one that died [-]: without the dashboard
+there is no HOLD."""
 READ_SIZE = 65536
 """Bytes of output read at once."""
 READS_AT_ONCE = 16
@@ -80,7 +83,7 @@ class Process:
         program = self.program
         arguments = program.arguments + (program.restart_arguments if self.restarts else ())
         # A whole stack starts at one priority: what is up would keep the rest from starting.
-        niceness = program.niceness if self.restarts else 0
+        niceness = min(program.niceness, RESTART_NICENESS) if self.restarts else 0
         request = ForkRequest(program.module, arguments, program.death_signal, niceness)
         forked = self.fork_server.fork(request) if self.fork_server else None
         self._popen = forked or _spawn(request)
@@ -89,7 +92,7 @@ class Process:
         self.state = "starting"
 
     def prioritize(self) -> None:
-        """Give the process its priority, once the whole stack has started."""
+        """Give the process its priority, once it and the whole stack have started."""
         niceness = self.program.niceness
         # Only root may lower a niceness. It leads a group and a session, see `child_process`.
         with suppress(OSError):

@@ -180,6 +180,7 @@ def _dashboard(scenario: Scenario, session: str, recorded: RecordedService) -> I
             _ask_again(service.outbox, asked.pop().entry)
 
     service = build(scenario, session, DashboardOptions(port=free_port()))
+    service.warm_up()
     try:
         yield Subject(service, feed)
     finally:

@@ -235,6 +235,7 @@ def started_cell(*, dead: bool = False) -> Iterator[Cell]:
         dead: Whether nothing is started yet.
     """
     service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=free_port()))
+    service.warm_up()
     cell = Cell(Stage(service, SCENARIO))
     cell.address = service.address
     cell.dead = dead

@@ -9,8 +9,9 @@ from playwright.sync_api import expect
 
 from dashboard.options import DashboardOptions
 from dashboard.service import build
+from shared.messages import ArmCommand
 from tests.browser.cell import SCENARIO, Cell
-from tests.browser.chromium import NO_CHROMIUM, opened
+from tests.browser.chromium import NO_CHROMIUM, comes, opened
 from tests.browser.stack import free_port
 from tests.dashboard.stage import Stage
 
@@ -30,6 +31,7 @@ SILENCE = """() => {
 def test_page_says_that_it_shows_the_past_and_comes_back_with_the_server(tmp_path: Path) -> None:
     options = DashboardOptions(port=free_port(), token_file=tmp_path / "token")
     service = build(SCENARIO, "dashboard-ab", options)
+    service.warm_up()
     cell = Cell(Stage(service, SCENARIO))
     cell.start()
     with opened(service.address) as page:
@@ -44,9 +46,16 @@ def test_page_says_that_it_shows_the_past_and_comes_back_with_the_server(tmp_pat
         expect(page.locator("#banner")).to_contain_text("No connection to the dashboard")
         greyed = "getComputedStyle(document.querySelector('#root')).filter"
         assert "grayscale(1)" in page.evaluate(greyed)
+        page.keyboard.press("Space")
         # A thread of its own, because Playwright's event loop runs in this one.
         with ThreadPoolExecutor(1) as pool:
             service = pool.submit(build, SCENARIO, "dashboard-cd", options).result()
+            holds: list[ArmCommand] = []
+            service.reflex.connect(holds.append)
+            # Before there is a page again, the press reaches the arms.
+            expect(page.locator("#stop-bar")).to_contain_text("HOLD works")
+            assert comes(page, lambda: bool(holds))
+            pool.submit(service.warm_up).result()
         cell = Cell(Stage(service, SCENARIO))
         cell.start()
         try:

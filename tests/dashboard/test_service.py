@@ -28,6 +28,7 @@ def free_port() -> int:
 @contextmanager
 def served(port: int) -> Iterator[DashboardService]:
     service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=port))
+    service.warm_up()
     try:
         yield service
     finally:
@@ -73,6 +74,7 @@ def test_what_cannot_be_shown_is_refused_and_a_request_still_leaves(
 def test_every_scenario_can_be_shown(path: Path) -> None:
     scenario = load(path)
     service = build(scenario, "dashboard-ab", DashboardOptions(port=free_port()))
+    service.warm_up()
     try:
         stage = Stage(service, scenario)
         stage.play(0.5)

@@ -110,6 +110,8 @@
 
   window.addEventListener("lariat-news", (event) => {
     news = event.detail;
+    // It was another server's page.
+    if (closed && performance.now() - newsTime > RELOAD_AFTER) location.reload();
     const { role, asked } = news.controls;
     if (narrow.matches && role === "holder" && asked) say({ type: "answer", give: true });
     newsTime = performance.now();

@@ -4,8 +4,9 @@
 (() => {
   const STATUS_TIMEOUT = 1500; // ms without a status after which the connection counts as lost
   const HOLD_TIMEOUT = 1500; // ms that one request to hold may take
-  const HOLD_ATTEMPTS = 5;
-  const RECONNECT_DELAY = 500; // ms
+  const HOLD_ATTEMPTS = 5; // of a hold that the dashboard answers
+  const HOLD_PERSISTENCE = 30000; // ms for which a hold that no dashboard answers is sent again
+  const RECONNECT_DELAY = 200; // ms
   const MAX_QUEUED = 256; // bytes of signs of life that may wait for the network
   const SIGN_PERIOD = 20; // ms between two signs of life of an approach
   const CONNECT_TIME = 20000; // ms that the first status may take until the connection counts as lost
@@ -16,9 +17,11 @@
   let status = null;
   let acts = false; // whether this window has the controls
   let statusTime = -Infinity;
+  let reachable = false; // whether the dashboard has opened the socket and sent no status yet
   let holdText = ""; // outcome of the last hold until the arms are known to stand
   let holding = false;
   let attempts = 0; // that are left
+  let pressTime = 0; // of the last press of HOLD
   let lastRequest = 0; // of a hold
   const answers = new Map(); // functions that take the answer to a request of the socket, by number
   let offer = null;
@@ -32,7 +35,8 @@
     let detail = "A hold may not arrive. " + EMERGENCY;
     let color = connecting ? "#8a93a0" : "#f05454";
     if (connected) ({ text, detail, color } = status);
-    else if (status) window.dispatchEvent(new CustomEvent("lariat-lost"));
+    else if (reachable && status) [text, detail] = ["The dashboard starts anew", "HOLD works; the arms' state comes soon."];
+    if (!connected && status) window.dispatchEvent(new CustomEvent("lariat-lost"));
     if (holdText && !(connected && status.stopped)) {
       text = holdText;
     }
@@ -78,6 +82,7 @@
       if (outcome.confirmed && number === lastRequest) holdText = "";
       text = outcome.text;
     } catch {
+      if (performance.now() - pressTime < HOLD_PERSISTENCE) attempts = HOLD_ATTEMPTS;
       await new Promise((resolve) => setTimeout(resolve, RECONNECT_DELAY));
     }
     if (holdText) holdText = `HOLD NOT CONFIRMED: ${text}. ${EMERGENCY}`;
@@ -88,6 +93,7 @@
   async function hold() {
     release();
     attempts = HOLD_ATTEMPTS;
+    pressTime = performance.now();
     if (holding) {
       requestHold(true);
       return;
@@ -136,6 +142,10 @@
     const url = new URL("cell", location.href);
     url.protocol = url.protocol.replace("http", "ws");
     socket = new WebSocket(url);
+    socket.onopen = () => {
+      reachable = true;
+      show();
+    };
     socket.onmessage = (message) => {
       const news = JSON.parse(message.data);
       if (news.hold !== undefined) {
@@ -143,6 +153,7 @@
         answers.delete(news.hold);
         return;
       }
+      reachable = false;
       status = news.cell;
       acts = news.controls.role === "holder";
       statusTime = performance.now();
@@ -154,12 +165,21 @@
       message.target.send('{"type":"seen"}');
     };
     socket.onclose = () => {
+      reachable = false;
+      statusTime = -Infinity;
       release();
       for (const take of answers.values()) take({ confirmed: false, text: "the connection was lost" });
       answers.clear();
       window.dispatchEvent(new CustomEvent("lariat-lost", { detail: { closed: true } }));
-      setTimeout(connect, RECONNECT_DELAY);
+      show();
+      setTimeout(reconnect, RECONNECT_DELAY);
     };
+  }
+
+  // Browsers delay WebSockets the longer the more of them fail: a request asks for the server first.
+  function reconnect() {
+    const signal = AbortSignal.timeout(HOLD_TIMEOUT);
+    fetch("keys.js", { cache: "no-store", signal }).then(connect, () => setTimeout(reconnect, RECONNECT_DELAY));
   }
 
   function element(tag, name, parent) {

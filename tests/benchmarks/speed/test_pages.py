@@ -15,6 +15,7 @@ from tests.dashboard.stage import Stage
 def test_open_page_is_drawn_at_every_second_step() -> None:
     scenario = load("three-cylinders")
     service = build(scenario, "dashboard-ab", DashboardOptions(port=free_port()))
+    service.warm_up()
     stage = Stage(service, scenario)
     try:
         pages = OpenPages(service.address, 1)

@@ -26,12 +26,27 @@ def test_hold_is_sent_at_once_even_before_the_first_state_of_the_gateway() -> No
     assert [command.action for command in gateway.sent] == [ArmCommand.HOLD]
 
 
-def test_hold_before_the_bus_is_joined_is_not_confirmed() -> None:
-    assert not HoldPath("dashboard-ab").hold().result(0.0).confirmed
+def test_hold_before_the_bus_is_joined_is_sent_once_it_is() -> None:
+    path = HoldPath("dashboard-ab")
+    answer = path.hold()
+    sent: list[ArmCommand] = []
+    path.connect(sent.append)
+    (command,) = sent
+    path.take(ArmStates(mode=ArmStates.HOLDING, last_command=command.id))
+    assert answer.result(0.0).confirmed
+
+
+def test_hold_that_is_sent_before_the_gateway_is_heard_is_sent_once_more() -> None:
+    gateway = Gateway()
+    gateway.path.hold()
+    for _ in range(2):
+        gateway.path.take(MOVING)
+    assert [command.id for command in gateway.sent] == 2 * [gateway.sent[0].id]
 
 
 def test_hold_is_confirmed_by_the_gateways_answer_only() -> None:
     gateway = Gateway()
+    gateway.path.take(MOVING)
     gateway.path.newest = MOVING
     answer = gateway.path.hold()
     (command,) = gateway.sent

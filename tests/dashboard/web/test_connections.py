@@ -30,6 +30,7 @@ HALF_SENT = (
 @pytest.fixture(scope="module")
 def site() -> Iterator[Site]:
     site = Site(DashboardOptions(port=free_port()), "test", Arms())
+    site.open_viser()
     try:
         yield site
     finally:

@@ -31,6 +31,7 @@ encode = msgspec.msgpack.encode
 @pytest.fixture(scope="module")
 def service() -> Iterator[DashboardService]:
     service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=free_port()))
+    service.warm_up()
     try:
         yield service
     finally:

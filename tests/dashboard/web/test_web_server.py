@@ -68,6 +68,7 @@ def site(arms: Arms, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]
         password_file=file,
     )
     site = Site(options, "test", arms)
+    site.open_viser()
     try:
         yield site
     finally:

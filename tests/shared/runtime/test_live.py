@@ -153,6 +153,9 @@ def test_a_signal_before_the_first_step_closes_the_service(
         name, reads, writes, rate, latency = "beacon", (), (), 10.0, 0.0
         closed = False
 
+        def warm_up(self) -> None:
+            pass
+
         def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
             yield from ()
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stack.launcher.fork_server import ForkServer
-from stack.launcher.process import Process, Program
+from stack.launcher.process import RESTART_NICENESS, Process, Program
 from tests.shared.cell import until
 
 pytestmark = pytest.mark.live
@@ -20,7 +20,7 @@ NICENESS = 7
 def test_a_process_takes_its_priority_once_the_stack_has_started(
     restarts: int, forked: bool, fork_server: ForkServer
 ) -> None:
-    """One that is started again, in a cell that may move, has it from its beginning."""
+    """One that is started again, in a cell that may move, starts before those that only draw."""
     arguments = ("--connect", "tcp/127.0.0.1:9")
     program = Program("one", "tests.shared.beacon", arguments, niceness=NICENESS)
     process = Process(program, fork_server if forked else None)
@@ -34,7 +34,7 @@ def test_a_process_takes_its_priority_once_the_stack_has_started(
     try:
         lines: list[str] = []
         until(lambda: lines.extend(process.lines()) or "ready" in lines, 30.0)
-        assert niceness() == {NICENESS if restarts else 0}
+        assert niceness() == {RESTART_NICENESS if restarts else 0}
         # A thread that is born in that instant may miss it.
         until(lambda: process.prioritize() or niceness() == {NICENESS}, 5.0)
     finally:

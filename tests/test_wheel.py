@@ -12,13 +12,9 @@ from pathlib import Path
 import pytest
 
 from lariat.kernel_cache.key import cache_folder
-from tests.examples.notebook import code_of
+from tests.examples.facts import IN_THE_WHEEL, check, code_of
 
 ROOT = Path(__file__).parents[1]
-EXAMPLES = ("06_your_camera", "15_step", "16_check")
-"""Examples that need the library alone, by the beginnings of their names."""
-NOTEBOOKS = ("rope", "identify", "plan")
-"""Notebooks that do."""
 COMPILED_ANEW = "camera-bodies"
 """Kernel that the environment has to compile by itself."""
 
@@ -57,13 +53,23 @@ def test_the_rooms_work_without_torch_and_clone_in_a_folder_with_names_of_the_st
     for name in ("shared", "services", "stack"):
         (here / name).mkdir(parents=True)
         (here / name / "__init__.py").write_text("raise RuntimeError('shadowed')\n")
-    for beginning in EXAMPLES:
-        (example,) = (ROOT / "examples").glob(f"{beginning}*.py")
-        shutil.copy(example, here)
-        subprocess.run([python, example.name], check=True, cwd=here, env=environment_of(tmp_path))
-    for name in NOTEBOOKS:
-        code = code_of(ROOT / "examples" / "notebooks" / f"{name}.ipynb")
-        subprocess.run([python, "-c", code], check=True, cwd=here, env=environment_of(tmp_path))
+    folder = ROOT / "examples"
+    for name in IN_THE_WHEEL:
+        (example,) = (
+            p for p in (*folder.glob("*.py"), *folder.glob("*/*.ipynb")) if p.name.startswith(name)
+        )
+        program = here / f"{example.stem}.py"
+        text = code_of(example) if example.suffix == ".ipynb" else example.read_text()
+        program.write_text(text)
+        run = subprocess.run(
+            [python, program.name],
+            check=True,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=here,
+            env=environment_of(tmp_path),
+        )
+        check(name, run.stdout)
     assert len(list((tmp_path / ".cache" / "lariat").glob(f"{COMPILED_ANEW}-*.kernel"))) == 1
     assert subprocess.run([python, "-c", "import torch"], capture_output=True).returncode == 1
     command = [environment / "bin" / "lariat", "up"]

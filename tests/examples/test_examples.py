@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import runpy
 import subprocess
 import sys
@@ -17,32 +16,12 @@ import pytest
 from matplotlib.figure import Figure
 
 from examples.pictures import EXAMPLES, PICTURES
-from tests.examples.notebook import code_of
+from tests.examples.facts import IN_THE_WHEEL, NOTEBOOKS, check, code_of
 
 FOLDER = EXAMPLES[0].parent / "notebooks"
 PAGE = PICTURES.with_suffix(".md")
-FACTS = {
-    "02": (r"target by (\S+) mm", 0.0, 2.0),
-    "04": (r"buckling: (\S+) of Euler's", 0.998, 1.003),
-    "06": (r"mean error (\S+) mm", 0.0, 0.5),
-    "07": (r"bending_stiffness: found (\S+),", 0.999 * 3.5e-4, 1.001 * 3.5e-4),  # [N m^2]
-    "09": (r"(\d+) differences", 0.0, 0.0),
-    "11": (r"ShapeServo: error (\S+) mm", 0.0, 5.0),
-    "12": (r"Carried: error (\S+) mm", 0.0, 5.0),
-    "13": (r"error (\S+) mm", 0.0, 1.0),
-    "14": (r"scene 1: error (\S+) mm", 0.0, 10.0),
-    "15": (r"error (\S+) mm", 0.0, 0.5),
-    "16": (r"keep_out: broken by (\S+) m", 0.04, 0.06),
-}
-"""Fact that each example prints, and its bounds."""
-NOTEBOOKS = {
-    "identify": (r"stiffness: (\S+) ±", 0.9 * 0.007768, 1.1 * 0.007768),  # [m^4/s^2]
-    "plan": (r"clearance (\S+) mm", 12.0, 40.0),
-    "recording": (r"to (\S+) mm", 0.0, 1.0),
-    "rope": (r"0.35 +0. +(\S+)\] m$", 0.449, 0.451),  # height of the grip [m]
-    "run": (r"worst error (\S+) mm", 0.0, 3.0),
-}
-"""The same of each notebook."""
+HERE = [path for path in EXAMPLES if path.name[:2] not in IN_THE_WHEEL]
+"""Examples that test_wheel.py does not run."""
 ARGUMENTS = {
     "11": {"methods": ("examples.methods.shape_servo:ShapeServo",)},
     "12": {"estimators": ("examples.methods.carried:Carried",)},
@@ -51,16 +30,13 @@ ARGUMENTS = {
 """Arguments that shorten an example."""
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("example", HERE, ids=lambda path: path.stem)
 def test_example_finds_what_it_says(example: Path, capsys: pytest.CaptureFixture[str]):
     mpl.use("Agg")
     number = example.name[:2]
     figure = runpy.run_path(str(example))["main"](**ARGUMENTS.get(number, {}))
     assert isinstance(figure, Figure)
-    pattern, low, high = FACTS[number]
-    found = re.search(pattern, capsys.readouterr().out, re.MULTILINE)
-    assert found, pattern
-    assert low <= float(found[1]) <= high
+    check(number, capsys.readouterr().out)
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
@@ -72,7 +48,7 @@ def test_example_is_shown_in_the_guide(example: Path):
     assert 20 <= len(example.read_text().splitlines()) <= 70
 
 
-@pytest.mark.parametrize("name", NOTEBOOKS)
+@pytest.mark.parametrize("name", sorted(set(NOTEBOOKS) - set(IN_THE_WHEEL)))
 def test_notebook_finds_what_it_says(
     name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ):
@@ -82,10 +58,7 @@ def test_notebook_finds_what_it_says(
     monkeypatch.setattr(webbrowser, "open", shown.append)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     exec(compile(code_of(FOLDER / f"{name}.ipynb"), name, "exec"), {"__name__": name})
-    pattern, low, high = NOTEBOOKS[name]
-    found = re.search(pattern, capsys.readouterr().out, re.MULTILINE)
-    assert found, pattern
-    assert low <= float(found[1]) <= high
+    check(name, capsys.readouterr().out)
     assert len(shown) == (name == "run")
     for address in shown:
         assert "__VISER_EMBED_DATA__" in Path(address.removeprefix("file://")).read_text()

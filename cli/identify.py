@@ -235,13 +235,13 @@ def _without_name(finding: dict[str, Any]) -> dict[str, Any]:
 def _show(answer: dict[str, Any], console: Terminal) -> None:
     table = Table("", "value", "± 1 sd", "unit", "known")
     for name, f in answer["parameters"].items():
-        known = "yes" if f["known"] else "no"
+        determined = "yes" if f["known"] else "no"
         table.add_row(
             name,
             f"{f['value']:.4g}",
             f"{f['standard_deviation']:.2g}",
             f["unit"],
-            known,
+            determined,
         )
     console.print(table)
     console.print("Not identifiable from this motion:")

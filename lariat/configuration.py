@@ -209,12 +209,12 @@ def _tuple(items: tuple[Any, ...], bounds: Bounds | None, value: Any, key: str) 
     if len(items) != len(value):
         raise ConfigurationError(f"{key} takes {len(items)} values, got {len(value)}: {value!r}")
     hints = [Annotated[i, bounds] if bounds else i for i in items]
-    found = tuple(
+    converted = tuple(
         _value(h, v, f"{key}[{k}]") for k, (h, v) in enumerate(zip(hints, value, strict=True))
     )
-    if bounds and bounds.min_norm and math.hypot(*found) < bounds.min_norm:
+    if bounds and bounds.min_norm and math.hypot(*converted) < bounds.min_norm:
         raise ConfigurationError(f"{key} = {value} is no direction; give one of length 1")
-    return found
+    return converted
 
 
 def _scalar(hint: Any, bounds: Bounds | None, value: Any, key: str) -> Any:

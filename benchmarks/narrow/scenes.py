@@ -268,14 +268,14 @@ def _walls(x: float, z: float, width: float, height: float, depth: float) -> lis
     """Boxes of a wall at y = 0 around a rectangular opening."""
     side = WALL_HALF_WIDTH
     low, high = max(z - height / 2.0, 0.0), z + height / 2.0
-    found = []
+    boxes = []
     for left, right in ((-side, x - width / 2.0), (x + width / 2.0, side)):
-        found.append(_box((left, right), (0.0, WALL_HEIGHT), depth))
+        boxes.append(_box((left, right), (0.0, WALL_HEIGHT), depth))
     if low > 0.0:
-        found.append(_box((x - width / 2.0, x + width / 2.0), (0.0, low), depth))
+        boxes.append(_box((x - width / 2.0, x + width / 2.0), (0.0, low), depth))
     if high < WALL_HEIGHT:
-        found.append(_box((x - width / 2.0, x + width / 2.0), (high, WALL_HEIGHT), depth))
-    return found
+        boxes.append(_box((x - width / 2.0, x + width / 2.0), (high, WALL_HEIGHT), depth))
+    return boxes
 
 
 def _box(x: tuple[float, float], z: tuple[float, float], depth: float) -> Obstacle:
@@ -292,14 +292,14 @@ def _posts(gap: float, random: np.random.Generator) -> _Opening:
     """Two posts as high as the workspace with a gap of the stated width, and walls beside them."""
     x, z = _place(random)
     radius = float(random.uniform(0.015, 0.03))
-    found = []
+    posts = []
     for sign in (-1.0, 1.0):
         away = gap / 2.0 + radius
         place = (x + sign * away, 0.0, WALL_HEIGHT / 2.0)
-        found.append(Obstacle("cylinder", place, radius=radius, height=WALL_HEIGHT))
+        posts.append(Obstacle("cylinder", place, radius=radius, height=WALL_HEIGHT))
         edges = sorted((x + sign * away, sign * WALL_HALF_WIDTH))
-        found.append(_box((edges[0], edges[1]), (0.0, WALL_HEIGHT), 0.01))
-    return _Opening(found, np.array([x, 0.0, z]), 2.0 * radius)
+        posts.append(_box((edges[0], edges[1]), (0.0, WALL_HEIGHT), 0.01))
+    return _Opening(posts, np.array([x, 0.0, z]), 2.0 * radius)
 
 
 def _beams(gap: float, random: np.random.Generator) -> _Opening:
@@ -337,20 +337,20 @@ def _clutter(random: np.random.Generator, waypoints: Grips) -> list[Obstacle]:
     share = np.linspace(0.0, 1.0, 9)[:, None]
     left, right = waypoints.positions[:, :1], waypoints.positions[:, 1:]
     way = left + share * (right - left)
-    found = []
+    bodies = []
     for k in range(int(random.integers(4, 8))):
         side = -1.0 if k % 2 else 1.0
         x, y, z = random.uniform((-0.4, 0.08, 0.05), (0.4, 0.5, 0.6)).tolist()
         size = float(random.uniform(0.02, 0.05))
         match k % 3:
             case 0:
-                found.append(Obstacle("sphere", (x, side * y, z), radius=size))
+                bodies.append(Obstacle("sphere", (x, side * y, z), radius=size))
             case 1:
-                found.append(Obstacle("box", (x, side * y, z), size=(size, 2.0 * size, size)))
+                bodies.append(Obstacle("box", (x, side * y, z), size=(size, 2.0 * size, size)))
             case _:
                 place = (x, side * y, 0.3)
-                found.append(Obstacle("cylinder", place, radius=0.5 * size, height=0.6))
-    return [o for o in found if signed_distance(way, o.body(0)).min() > CLUTTER_DISTANCE]
+                bodies.append(Obstacle("cylinder", place, radius=0.5 * size, height=0.6))
+    return [o for o in bodies if signed_distance(way, o.body(0)).min() > CLUTTER_DISTANCE]
 
 
 _OPENINGS: dict[Family, Callable[[float, np.random.Generator], _Opening]] = {

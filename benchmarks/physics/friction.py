@@ -204,8 +204,8 @@ def _slope(dt: float, node_count: int) -> Error:
 
 
 def _post(radius: float, dt: float, node_count: int) -> Error:
-    found, truth = post_exponent(radius, node_count, dt), post_truth(radius)
-    return Error(100.0 * abs(found / truth - 1.0))
+    exponent, truth = post_exponent(radius, node_count, dt), post_truth(radius)
+    return Error(100.0 * abs(exponent / truth - 1.0))
 
 
 def _bounds(bound: float) -> dict[int, float]:

@@ -78,8 +78,8 @@ def draw_friction(path: Path) -> None:
     slope.set(xlabel="tan(slope) / coefficient", ylabel="motion in 1 s [mm]")
     radii = np.linspace(5e-4, 5e-3, 40)
     post.plot(1e3 * radii, [friction.post_truth(r) for r in radii], label="closed form")
-    found = [friction.post_exponent(r) for r in radii[::6]]
-    post.plot(1e3 * radii[::6], found, "o", label="rod of 80 nodes")
+    exponents = [friction.post_exponent(r) for r in radii[::6]]
+    post.plot(1e3 * radii[::6], exponents, "o", label="rod of 80 nodes")
     post.axhline(friction.COEFFICIENT, color="k", linestyle="--", label="thin rope")
     post.set(xlabel="radius of the rope [mm]", ylabel="growth of tension per radian")
     for name, motion in (

@@ -145,8 +145,8 @@ def history_error(
     bent = bend_round(wire, curvatures, node_count)
     left = middle_curvature(let_go(wire, bent), wire.length)
     last = curvatures[-1]
-    wanted = brentq(lambda back: layered_moment(wire, [*curvatures, back]), -abs(last), abs(last))
-    return Error(abs(left - abs(wanted)) / abs(last))
+    unloaded = brentq(lambda back: layered_moment(wire, [*curvatures, back]), -abs(last), abs(last))
+    return Error(abs(left - abs(unloaded)) / abs(last))
 
 
 def _hung_error(released: bool, node_count: int) -> Error:

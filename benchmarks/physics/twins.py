@@ -121,15 +121,15 @@ def run_trial(spec: TwinSpec) -> TwinTrial:
     )
     vertices = vertices + noise * random.normal(size=vertices.shape)
     motion = check_motion(vertices, 1.0 / rate, [0, 1, -2, -1])
-    found = {f.name: f for f in findings(identify(replace(motion, grip=spec.grip)))}
+    identified = {f.name: f for f in findings(identify(replace(motion, grip=spec.grip)))}
     true = _true_values(rope, markers, spec.grip)
     return TwinTrial(
         spec,
         markers,
         rate,
         noise,
-        {name: math.log(found[name].value / value) for name, value in true.items()},
-        {name: found[name].standard_deviation / found[name].value for name in true},
+        {name: math.log(identified[name].value / value) for name, value in true.items()},
+        {name: identified[name].standard_deviation / identified[name].value for name in true},
     )
 
 
@@ -220,13 +220,13 @@ def _line(trial: TwinTrial) -> str:
 
 def rows(trials: Sequence[TwinTrial]) -> list[dict[str, object]]:
     """Return coverage and accuracy by kind and parameter."""
-    found = []
+    table = []
     for grip in get_args(Grip):
         of_kind = [trial for trial in trials if trial.spec.grip == grip]
         for name in of_kind[0].errors:
             errors = np.array([trial.errors[name] for trial in of_kind])
             deviations = np.array([trial.deviations[name] for trial in of_kind])
-            found.append(
+            table.append(
                 {
                     "grips": grip,
                     "parameter": name.replace("_", " "),
@@ -237,4 +237,4 @@ def rows(trials: Sequence[TwinTrial]) -> list[dict[str, object]]:
                     "median stated %": 100.0 * float(np.median(deviations)),
                 }
             )
-    return found
+    return table

@@ -70,8 +70,8 @@ class Relay:
         self, request: web.Request, session: aiohttp.ClientSession, page: str
     ) -> web.WebSocketResponse:
         controls = self._controls
-        wanted = request.headers.get("Sec-WebSocket-Protocol", "").split(",")
-        protocols = [p.strip() for p in wanted if p.strip()][:1]
+        offered = request.headers.get("Sec-WebSocket-Protocol", "").split(",")
+        protocols = [p.strip() for p in offered if p.strip()][:1]
         browser = web.WebSocketResponse(
             protocols=protocols,
             max_msg_size=browser_messages.MAX_MESSAGE,

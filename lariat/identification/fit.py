@@ -148,9 +148,9 @@ class _Search:
         cost = self.cost(x, windows)
         for k in range(iterations):
             report(k / iterations)
-            found = sum(self.evidences(x, windows, free, windows[0].length), self.prior(x))
+            evidence = sum(self.evidences(x, windows, free, windows[0].length), self.prior(x))
             for _ in range(6):
-                trial = x + posterior.gauss_newton_step(found, free, levenberg)
+                trial = x + posterior.gauss_newton_step(evidence, free, levenberg)
                 trial = np.clip(trial, -self.limits, self.limits)
                 new = self.cost(trial, windows)
                 if new < cost:
@@ -309,8 +309,8 @@ def identify(
     from_start = motion.bodies is not None or material.mean.yields
 
     def windows(length: float) -> list[Window]:
-        found = twin.windows(max(5, round(length / motion.dt)))
-        return [w for w in found if w.frame == 1] if from_start else found
+        every = twin.windows(max(5, round(length / motion.dt)))
+        return [w for w in every if w.frame == 1] if from_start else every
 
     short, middle, long = (windows(length) for length in WINDOW_DURATIONS)
     x = _grid_search(search, short, lambda share: report("searching", 0.1 * share))

@@ -223,23 +223,23 @@ def check_motion(
 
 def _held_counts(prescribed: object, count: int) -> tuple[int, int]:
     """Return the number of held vertices at the left and at the right end."""
-    held = np.asarray(prescribed)
-    if held.dtype == bool and held.shape == (count,):
-        (held,) = np.nonzero(held)
-    if held.ndim != 1 or not (np.issubdtype(held.dtype, np.integer) or held.size == 0):
+    vertices = np.asarray(prescribed)
+    if vertices.dtype == bool and vertices.shape == (count,):
+        (vertices,) = np.nonzero(vertices)
+    if vertices.ndim != 1 or not (np.issubdtype(vertices.dtype, np.integer) or vertices.size == 0):
         raise ValueError(f"prescribed must be a row of vertex indices, got {prescribed}")
-    if held.size == 0:
+    if vertices.size == 0:
         raise ValueError("prescribed is empty; a rope that nothing holds cannot be rolled out")
-    if np.any(held < -count) or np.any(held >= count):
-        raise ValueError(f"prescribed must lie within 0 and {count - 1}, got {held.tolist()}")
+    if np.any(vertices < -count) or np.any(vertices >= count):
+        raise ValueError(f"prescribed must lie within 0 and {count - 1}, got {vertices.tolist()}")
     mask = np.zeros(count, dtype=bool)
-    mask[held] = True
+    mask[vertices] = True
     if mask.all():
         raise ValueError("all vertices are prescribed; nothing is left to predict")
     (free,) = np.nonzero(~mask)
     if not np.array_equal(free, np.arange(free[0], free[-1] + 1)):
         raise ValueError(
             f"prescribed must be vertices at the ends, such as [0, 1, {count - 2}, {count - 1}], "
-            f"got {sorted(set(held.tolist()))}; vertices held in the middle are not supported"
+            f"got {sorted(set(vertices.tolist()))}; vertices held in the middle are not supported"
         )
     return int(free[0]), int(count - 1 - free[-1])

@@ -81,19 +81,19 @@ def prior(x: Float64[np.ndarray, "P"], information: Float64[np.ndarray, "P P"]) 
 
 
 def gauss_newton_step(
-    found: Evidence, free: Bool[np.ndarray, "P"], levenberg: float = 0.0
+    evidence: Evidence, free: Bool[np.ndarray, "P"], levenberg: float = 0.0
 ) -> Float64[np.ndarray, "P"]:
     """Return the Gauss-Newton step of the free unknowns.
 
     Args:
-        found: All evidence, prior included.
+        evidence: All evidence, prior included.
         free: Unknowns that may change.
         levenberg: Damping relative to the diagonal of the Hessian [-].
     """
-    inner = found.information[np.ix_(free, free)]
+    inner = evidence.information[np.ix_(free, free)]
     inner = inner + levenberg * np.diag(np.diag(inner))
-    dx = np.zeros(len(found.descent))
-    dx[free] = np.linalg.solve(inner, found.descent[free])
+    dx = np.zeros(len(evidence.descent))
+    dx[free] = np.linalg.solve(inner, evidence.descent[free])
     return dx
 
 

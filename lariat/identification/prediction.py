@@ -57,8 +57,8 @@ def predict(
         ValueError: `start` leaves no frame to predict.
     """
     # Of the free vertices, nothing after the first two frames may be known.
-    held = np.where(motion.free[:, None], motion.vertices, motion.smoothed().vertices)
-    twin = RodTwin(motion, replace(motion, vertices=held))
+    causal = np.where(motion.free[:, None], motion.vertices, motion.smoothed().vertices)
+    twin = RodTwin(motion, replace(motion, vertices=causal))
     frames = motion.vertices.shape[1]
     if not 1 <= start < frames - 1:
         raise ValueError(

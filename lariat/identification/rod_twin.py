@@ -174,15 +174,15 @@ class RodTwin:
     ) -> tuple[list[RodState], Float64[np.ndarray, "B H 2 6"]]:
         """Return initial state and grip velocities of each window; windows have equal length."""
         scale = properties.length / self.length
-        known = self._starts.setdefault(scale, {})
-        missing = [w for w in windows if (w.sequence, w.frame) not in known]
+        states = self._starts.setdefault(scale, {})
+        missing = [w for w in windows if (w.sequence, w.frame) not in states]
         if missing:
             if len(self._starts) > 4:
-                self._starts = {scale: known}
+                self._starts = {scale: states}
             for w, state in zip(missing, self._states(scale, missing), strict=True):
-                known[w.sequence, w.frame] = state
+                states[w.sequence, w.frame] = state
         return (
-            [known[w.sequence, w.frame] for w in windows],
+            [states[w.sequence, w.frame] for w in windows],
             np.stack([self._actions[w.sequence, w.frame : w.frame + w.length] for w in windows]),
         )
 
@@ -207,7 +207,7 @@ class RodTwin:
         states, actions = self.inputs(properties, windows)
         bodies = self.motion.bodies
         rod = self.rod(properties)
-        found = []
+        linearized = []
         for b, state in enumerate(states):
             # One at a time: sensitivities keep every step of their roll-out.
             line = rod.linearize(
@@ -220,8 +220,8 @@ class RodTwin:
             nodes = line.rollout.positions
             jacobian = line.d_positions_d_parameters.reshape(*nodes.shape[:2], -1)
             jacobian = self.at_free_vertices(jacobian).reshape(len(nodes), -1, 3, len(parameters))
-            found.append((self.at_free_vertices(nodes), jacobian))
-        return np.stack([a[0] for a in found]), np.stack([a[1] for a in found])
+            linearized.append((self.at_free_vertices(nodes), jacobian))
+        return np.stack([a[0] for a in linearized]), np.stack([a[1] for a in linearized])
 
     def all_vertices(
         self, free: Float64[np.ndarray, "B H k 3"], windows: Sequence[Window]

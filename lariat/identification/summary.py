@@ -34,7 +34,7 @@ class Finding:
 def findings(fit: Fit) -> list[Finding]:
     """Return every unknown with its standard deviation."""
     deviations = np.sqrt(np.diag(fit.covariance))
-    p, found = fit.properties, []
+    p, rows = fit.properties, []
     for group, place in fit.material.groups.items():
         parameter = BY_NAME[group]
         values, name, unit = parameter.of(p), group, parameter.unit
@@ -46,7 +46,7 @@ def findings(fit: Fit) -> list[Finding]:
             index = "" if len(values) == 1 else f"[{k}]"
             if parameter.values is Values.CURVATURE:
                 index = f"[{k // 3}][{k % 3}]"
-            found.append(
+            rows.append(
                 Finding(
                     name + index,
                     float(value),
@@ -55,7 +55,7 @@ def findings(fit: Fit) -> list[Finding]:
                     bool(deviation < MAX_DEVIATION_RATIO * parameter.fit_prior.deviation),
                 )
             )
-    return found
+    return rows
 
 
 def undetermined(fit: Fit, density_known: bool = False) -> list[str]:
@@ -84,9 +84,9 @@ def undetermined(fit: Fit, density_known: bool = False) -> list[str]:
             f"Frames: with {fit.frame_duration:.4g} s between them, not {fit.dt:.4g} s, the rope "
             f"moves as gravity has it; try --dt {fit.frame_duration:.4g}."
         )
-    found = findings(fit)
-    for group in dict.fromkeys(f.name.partition("[")[0] for f in found):
-        members = [f for f in found if f.name.partition("[")[0] == group]
+    every = findings(fit)
+    for group in dict.fromkeys(f.name.partition("[")[0] for f in every):
+        members = [f for f in every if f.name.partition("[")[0] == group]
         unknown = [f for f in members if not f.known]
         if unknown:
             which = (
@@ -99,11 +99,11 @@ def undetermined(fit: Fit, density_known: bool = False) -> list[str]:
             )
     deviations = np.sqrt(np.diag(fit.covariance))
     correlation = fit.covariance / np.outer(deviations, deviations)
-    for i in range(len(found)):
+    for i in range(len(every)):
         for j in range(i):
-            if abs(correlation[i, j]) > MAX_CORRELATION and found[i].known and found[j].known:
+            if abs(correlation[i, j]) > MAX_CORRELATION and every[i].known and every[j].known:
                 sentences.append(
-                    f"{found[j].name} and {found[i].name}: determined only together (correlation "
+                    f"{every[j].name} and {every[i].name}: determined only together (correlation "
                     f"{correlation[i, j]:+.2f})."
                 )
     if "rest_curvature" not in fit.material.groups:

@@ -46,15 +46,15 @@ def straight(
 
 def straight_from_grip(model: RodModel[Dimensions], left: Pose, right: Pose) -> RodState:
     """Return the straight rod that continues the grip opposite to the free end."""
-    held, reach = (left, 1.0) if model.right == "free" else (right, -1.0)
+    grip, reach = (left, 1.0) if model.right == "free" else (right, -1.0)
     z = np.array([0.0, 0.0, reach])
     s = model.edge_length * np.arange(model.node_count)[:, None]
-    nodes = held.position + s * poses.rotate(held.orientation, z)
+    nodes = grip.position + s * poses.rotate(grip.orientation, z)
     if model.right != "free":
         nodes = nodes[::-1]
     return RodState(
         nodes.copy(),
-        np.tile(held.orientation, (model.frame_count, 1)),
+        np.tile(grip.orientation, (model.frame_count, 1)),
         np.zeros_like(nodes),
         np.zeros((model.frame_count, 3)),
     )

@@ -91,11 +91,11 @@ class _Rollout(torch.autograd.Function):
         ctx.groups = _groups(rod, spec, names, *batch)
         ctx.names, ctx.is_batch = names, spec.is_batch
         ctx.save_for_backward(actions, positions, velocities, parameters)
-        found: dict[int, np.ndarray] = {}
+        motions: dict[int, np.ndarray] = {}
         for members, one_rod, part in ctx.groups:
             for b, motion in zip(members, one_rod.rollout(part), strict=True):
-                found[b] = motion.positions
-        result = np.stack([found[b] for b in range(len(found))])
+                motions[b] = motion.positions
+        result = np.stack([motions[b] for b in range(len(motions))])
         return torch.as_tensor(result if spec.is_batch else result[0]).to(actions)
 
     @staticmethod

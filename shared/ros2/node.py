@@ -292,12 +292,12 @@ def _content(payload: Any, attachment: Any, kind: str) -> tuple[Any, Attachment]
     """
     if payload is None or attachment is None:
         raise ValueError("it has no payload or attachment, as those of rmw_zenoh have")
-    found = Attachment.decoded(attachment.to_bytes())
+    sender = Attachment.decoded(attachment.to_bytes())
     if len(payload) > MAX_STRUCTURED_SIZE and kind not in IMAGES:
         raise ValueError(
             f"{len(payload)} bytes are more than the {MAX_STRUCTURED_SIZE} of a message"
         )
-    return decoded(payload.to_bytes(), kind), found
+    return decoded(payload.to_bytes(), kind), sender
 
 
 def _joined(router: str, serve: bool) -> tuple[zenoh.Session, bool]:

@@ -210,17 +210,21 @@ def return_by_parameter(ni: ti.template(), w: ti.template(), rod, step, j, k, u,
     by_ratio = 0.5 * kept * (w[bend + 2] / w[bend]) * (e[2] / size) * (e[2] / size) / length
     bending = scalar(ni, w, rod, Scalar.BENDING_STIFFNESS)
     twisting = scalar(ni, w, rod, Scalar.TWISTING_STIFFNESS)
-    found = -knot_share(ni, p, j) * by_rest
+    derivative = -knot_share(ni, p, j) * by_rest
     curvature = code >= ParameterCode.REST_CURVATURE_1 and code <= ParameterCode.REST_TWIST
-    found = ti.select(curvature, found, 0.0)
+    derivative = ti.select(curvature, derivative, 0.0)
     limit = w[layer_at(ni, rod, k) + LayerRow.BY_YIELD] / size
-    found = ti.select(code == ParameterCode.YIELD_CURVATURE, -limit * e, found)
-    found = ti.select(code == ParameterCode.BENDING_STIFFNESS, -(by_ratio / bending) * e, found)
-    found = ti.select(code == ParameterCode.TWISTING_STIFFNESS, (by_ratio / twisting) * e, found)
-    found = ti.select(
-        code == ParameterCode.LENGTH, -(per_length / length) * (e + slope @ rest), found
+    derivative = ti.select(code == ParameterCode.YIELD_CURVATURE, -limit * e, derivative)
+    derivative = ti.select(
+        code == ParameterCode.BENDING_STIFFNESS, -(by_ratio / bending) * e, derivative
     )
-    return ti.select(kept < 1.0, found, 0.0)
+    derivative = ti.select(
+        code == ParameterCode.TWISTING_STIFFNESS, (by_ratio / twisting) * e, derivative
+    )
+    derivative = ti.select(
+        code == ParameterCode.LENGTH, -(per_length / length) * (e + slope @ rest), derivative
+    )
+    return ti.select(kept < 1.0, derivative, 0.0)
 
 
 @ti.func

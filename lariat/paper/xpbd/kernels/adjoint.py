@@ -139,12 +139,12 @@ def predict_adjoint(ni: ti.template(), w: ti.template(), rod, step):
             turn = (0.5 * h) * rotation_imaginary(before, p)
             store(w, place(ni, rod, Section.D_ANGULAR_VELOCITIES, 3 * i), turn)
     for end in range(2):
-        held = ni[Header.LEFT_END + end]
+        hold = ni[Header.LEFT_END + end]
         actions = place(ni, rod, Section.D_ACTIONS, 12 * block + 6 * end)
         i = end * (n - 1)
-        if held != EndHold.FREE:
+        if hold != EndHold.FREE:
             d_x = load3(w, place(ni, rod, Section.D_NODES, 3 * i))
-            if held == EndHold.CLAMPED:
+            if hold == EndHold.CLAMPED:
                 grip = place(ni, rod, Section.D_GRIPS, 3 * end)
                 edge = end * (n - 2)
                 q_at = place(ni, rod, Section.ORIENTATIONS, 4 * ((step + 1) * (n - 1) + edge))

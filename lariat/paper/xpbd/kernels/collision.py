@@ -39,7 +39,7 @@ def find_contacts(ni: ti.template(), w: ti.template(), rod, step, slot):
         start = load3(w, place(ni, rod, Section.POSITIONS, 3 * ((slot - 1) * n + i)))
         stop = load3(w, place(ni, rod, Section.POSITIONS, 3 * (slot * n + i)))
         ray = stop - start
-        found = 0
+        contact_count = 0
         for o in range(ni[Header.OBSTACLES]):
             row = ni[Header.OBSTACLE_ROWS] + OBSTACLE_WIDTH * o
             reach = w[row + ObstacleRow.BOUNDING_RADIUS] + radius + ray.norm()
@@ -70,7 +70,7 @@ def find_contacts(ni: ti.template(), w: ti.template(), rod, step, slot):
                 beyond, _gradient, _hessian = signed_distance(w, row, stop)
                 if beyond > radius:
                     status = 3
-            if (status == 1 or status == 2) and found < CONTACTS_PER_NODE:
+            if (status == 1 or status == 2) and contact_count < CONTACTS_PER_NODE:
                 contact = place(ni, rod, Section.CONTACTS, CONTACT_WIDTH * (stored * limit + count))
                 w[contact] = i
                 w[contact + 1] = row
@@ -80,7 +80,7 @@ def find_contacts(ni: ti.template(), w: ti.template(), rod, step, slot):
                 store(w, contact + 7, normal)
                 store(w, contact + 10, stop)
                 w[place(ni, rod, Section.CONTACT_MULTIPLIERS, stored * limit + count)] = 0.0
-                found += 1
+                contact_count += 1
                 count += 1
     w[place(ni, rod, Section.CONTACT_COUNTS, stored)] = count
 

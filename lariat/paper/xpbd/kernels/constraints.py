@@ -189,9 +189,9 @@ def correct_contact(ni: ti.template(), w: ti.template(), c, rod, step, slot, swe
     l_at = place(ni, rod, Section.CONTACT_MULTIPLIERS, stored * limit + k)
     x, normal = load3(w, x_at), load3(w, contact + 7)
     value = (x - load3(w, contact + 4)).dot(normal)
-    wanted = -(value + c.contact * w[l_at]) / (c.mass + c.contact)
-    bound = ti.select(wanted < -w[l_at], 1.0, 0.0)
-    dl = ti.max(wanted, -w[l_at])
+    unclamped = -(value + c.contact * w[l_at]) / (c.mass + c.contact)
+    bound = ti.select(unclamped < -w[l_at], 1.0, 0.0)
+    dl = ti.max(unclamped, -w[l_at])
     w[l_at] = w[l_at] + dl
     store(w, x_at, x + c.mass * dl * normal)
     tape = place(ni, rod, Section.CONTACT_TAPE, CONTACT_TAPE_WIDTH * (sweep * limit + k))

@@ -56,16 +56,16 @@ def predict(ni: ti.template(), w: ti.template(), rod, step, slot):
         store(w, predicted, p / norm)
         w[predicted + 4] = norm
     for end in range(2):
-        held = ni[Header.LEFT_END + end]
-        if held != EndHold.FREE:
+        hold = ni[Header.LEFT_END + end]
+        if hold != EndHold.FREE:
             i = end * (n - 1)
             x = load3(w, place(ni, rod, Section.POSITIONS, 3 * (step * n + i)))
             x += h * action(ni, w, rod, step, end, 0)
             store(w, place(ni, rod, Section.POSITIONS, 3 * (slot * n + i)), x)
-            if held == EndHold.CLAMPED:
+            if hold == EndHold.CLAMPED:
                 inner = 3 * (slot * n + 1 + end * (n - 3))
                 store(w, place(ni, rod, Section.POSITIONS, inner), x)
-        if held == EndHold.CLAMPED:
+        if hold == EndHold.CLAMPED:
             i = end * (n - 2)
             q = load4(w, place(ni, rod, Section.ORIENTATIONS, 4 * (step * (n - 1) + i)))
             q = quaternion_product(exponential(h * action(ni, w, rod, step, end, 1)), q)

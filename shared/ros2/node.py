@@ -6,7 +6,6 @@ Nothing is called back: what has arrived waits in bounded rings until it is take
 from __future__ import annotations
 
 import json
-import socket
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -25,6 +24,8 @@ from shared.ros2.wire import SERVICE, Attachment, Entity, Kind, NodeEntity, Qos
 
 ROUTER_TIMEOUT = 1.0
 """Longest wait for a router before one is served [s]."""
+THIS_MACHINE = ("127.0.0.1", "localhost", "[::1]", "0.0.0.0", "[::]")
+"""Hosts of routers that serve this machine."""
 MAX_MESSAGE_SIZE = 2**25 + 2**16
 """Largest message that is taken [bytes]: a depth image of 4096 x 4096 pixels, with its header."""
 MAX_STRUCTURED_SIZE = 2**18
@@ -69,7 +70,8 @@ class Node:
         close_at_once(self._session)
         self._next_id = 0
         self.entity = NodeEntity(domain, str(self._session.zid()), self._number(), namespace, name)
-        self._tokens = [self._session.liveliness().declare_token(self.entity.token)]
+        self._kept: list[Any] = [self._session.liveliness().declare_token(self.entity.token)]
+        """Tokens and endpoints, which end when nobody holds them."""
 
     def publisher(self, topic: str, kind: str, qos: Qos | None = None) -> Publisher:
         """Return a publisher of a topic.
@@ -108,7 +110,8 @@ class Node:
 
     def _shown(self, endpoint: E) -> E:
         """Endpoint that the graph knows from now on: who sees a service may call it at once."""
-        self._tokens.append(self._session.liveliness().declare_token(endpoint.entity.token))
+        token = self._session.liveliness().declare_token(endpoint.entity.token)
+        self._kept += [endpoint, token]
         return endpoint
 
 
@@ -302,38 +305,28 @@ def _content(payload: Any, attachment: Any, kind: str) -> tuple[Any, Attachment]
 
 def _joined(router: str, serve: bool) -> tuple[zenoh.Session, bool]:
     """Session of a router, and whether it is the router itself."""
-    modes = ["peer", "router"] if serve else ["peer"]
-    if serve and not _accepts(router):
-        modes.reverse()
+    host = router.partition("/")[2].rpartition(":")[0]
+    # Peers accept those of their machine alone; to others their router speaks, if they are clients.
+    join = "peer" if host in THIS_MACHINE else "client"
     reason = ""
-    for mode in modes:
+    # Another node may begin to serve the router meanwhile.
+    for mode in (join, "router", join) if serve else (join,):
         try:
             return zenoh.open(_configuration(mode, router)), mode == "router"
         except zenoh.ZError as error:
-            reason = str(error).splitlines()[0]
+            reason = str(error).partition(" at /")[0]
     raise BusError(f"no ROS 2 router answers at {router}: {reason}")
-
-
-def _accepts(router: str) -> bool:
-    """Whether an endpoint accepts connections, or is of a kind that cannot be asked."""
-    link, _, address = router.partition("/")
-    host, _, port = address.rpartition(":")
-    if link not in ("tcp", "tls") or not port.isdigit():
-        return True
-    try:
-        socket.create_connection((host.strip("[]"), int(port)), ROUTER_TIMEOUT).close()
-    except OSError:
-        return False
-    return True
 
 
 def _configuration(mode: str, router: str) -> zenoh.Config:
     settings: dict[str, Any] = {
         "mode": mode,
-        "connect/endpoints": [router] if mode == "peer" else [],
-        "connect/timeout_ms": int(1e3 * ROUTER_TIMEOUT),
+        "connect/endpoints": [] if mode == "router" else [router],
+        # One attempt.
+        "connect/timeout_ms": 0,
         "connect/exit_on_failure": True,
-        "listen/endpoints": ["tcp/127.0.0.1:0"] if mode == "peer" else [router],
+        "transport/unicast/open_timeout": int(1e3 * ROUTER_TIMEOUT),
+        "listen/endpoints": {"router": [router], "peer": ["tcp/127.0.0.1:0"]}.get(mode, []),
         # A router waits for no other node [ms].
         "scouting/delay": 0 if mode == "router" else 500,
         "scouting/multicast/enabled": False,

@@ -292,7 +292,7 @@ def test_a_flood_on_the_wire_is_refused_and_a_call_is_answered() -> None:
             # Tokens that are none of the convention.
             if k < 20:
                 token = f"@ros2_lv/0/{'x' * (k + 1)}/{k}/NN/%/\u0001"
-                stranger._tokens.append(stranger._session.liveliness().declare_token(token))
+                stranger._kept.append(stranger._session.liveliness().declare_token(token))
         until(lambda: bench.step() or bench.door.refused > 20, 30.0)
         call, sent = trigger.call(ros(f"{TRIGGER}_Request"), 20.0), []
         until(lambda: sent.extend(bench.step()) or sent, 30.0)

@@ -182,6 +182,26 @@ def test_domains_do_not_hear_each_other(graph: Graph):
         other.close()
 
 
+def test_messages_of_another_machine_come_by_its_router(graph: Graph):
+    # 127.0.0.2 plays the other machine, whose nodes accept only those of it.
+    router = f"tcp/127.0.0.2:{free_port()}"
+    there, here = Node("router", router=router), Node("here", router=router)
+    try:
+        publisher = there.publisher("/chatter", STRING)
+        subscription = here.subscription("/chatter", STRING)
+        until(lambda: publisher.matched)
+        publisher.put(text("hello"))
+        got: list[str] = []
+        until(lambda: got.extend(m.data for m in subscription.take()) or got)
+        assert len(here._session.info.routers_zid()) == 1
+        # A peer would wait for connections that cannot come.
+        info = there._session.info
+        assert (len(info.peers_zid()), here.serves_router) == (0, False)
+    finally:
+        here.close()
+        there.close()
+
+
 def test_a_free_port_is_served():
     node = Node("alone", router=f"tcp/127.0.0.1:{free_port()}")
     assert node.serves_router

@@ -9,7 +9,6 @@ five of their periods is a lost link. It has not been run on a robot.
 
 from __future__ import annotations
 
-import logging
 import threading
 from dataclasses import dataclass
 from typing import Any
@@ -27,9 +26,9 @@ from shared.ros2.router import environment_domain
 from shared.ros2.types import FOLLOW_TRAJECTORY, duration, ros
 from shared.ros2.wire import Qos
 
-log = logging.getLogger(__name__)
-
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
+POINT_PERIOD = 0.02
+"""Least time between two points [s]."""
 LOOKAHEAD = SECOND // 20
 """Time in which the arm is to be at a point [ns]."""
 GOAL_LOOKAHEAD = SECOND // 10
@@ -109,7 +108,7 @@ class _Goals:
 class Ros2Arm:
     """Arm behind a joint trajectory controller, without a gripper."""
 
-    facts = ArmFacts(rate=50.0, tracking_limit=0.03)
+    facts = ArmFacts(tracking_limit=0.03)
 
     def __init__(self, setup: ArmSetup) -> None:
         """Create the arm; its thread joins the graph with the first step.
@@ -132,6 +131,8 @@ class Ros2Arm:
         """Time of the newest joint state [s]."""
         self._period = SILENCE[1] / SILENT_PERIODS
         """Mean time between two [s]."""
+        self._sent = -np.inf
+        """Time of the newest point [s]."""
 
     def enable(self) -> None:
         self._enabled = True
@@ -167,9 +168,10 @@ class Ros2Arm:
         # A controller that has gone is a lost link as well: it is heard of before the silence.
         follows = streams or link.goals.matched
         if target is not None and self._enabled and heard and follows:
-            if streams:
+            if streams and time - self._sent >= POINT_PERIOD:
                 link.commands.put(self._trajectory(target, LOOKAHEAD))
-            elif link.goals.free(time):
+                self._sent = time
+            elif not streams and link.goals.free(time):
                 link.goals.send(self._trajectory(target, GOAL_LOOKAHEAD), time)
         problem = link.goals.problem if self._enabled and not streams else ""
         if not follows:

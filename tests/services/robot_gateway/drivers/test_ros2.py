@@ -16,7 +16,7 @@ from lariat.protocols import ArmSetup
 from lariat.scenario.extensions import Extension
 from lariat.scenario.sections import DRIVERS, Limits
 from services.robot_gateway.drivers.joint_arm import JointArmDriver
-from services.robot_gateway.drivers.ros2 import Ros2Arm
+from services.robot_gateway.drivers.ros2 import POINT_PERIOD, Ros2Arm
 from tests.robots import UR5
 from tests.services.robot_gateway.drivers.trajectory_controller import (
     CONTROLLER,
@@ -99,6 +99,18 @@ def test_it_follows_a_line_within_its_tracking_limit(bench: Bench):
     end = bench.step(Pose(position, START.orientation)).pose
     assert end is not None
     np.testing.assert_allclose(end.position, START.position + np.array([0.0, 0.05, 0.0]), atol=1e-3)
+
+
+def test_points_come_no_faster_than_stated(bench: Bench):
+    bench.enable()
+    until(lambda: bench.step(START) and bench.controller.points)
+    link, begun = bench.arm._link, time.monotonic()
+    assert link is not None
+    before = link.commands._sequence
+    for _ in range(200):
+        bench.step(START)
+    sent, elapsed = link.commands._sequence - before, time.monotonic() - begun
+    assert 3 < sent <= elapsed / POINT_PERIOD + 1
 
 
 @pytest.fixture

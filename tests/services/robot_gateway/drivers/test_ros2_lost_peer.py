@@ -184,7 +184,7 @@ def test_a_controller_that_ends_in_motion_is_a_lost_link(end: signal.Signals) ->
         assert bench.now - lost <= 1e9 * BRAKING
         if end == signal.SIGSTOP:
             # Joint states at 200 Hz, and what was on its way.
-            assert lost - ended <= 1e9 * (SILENCE[0] + 4 * TICK)
+            assert lost - ended <= 1e9 * (SILENCE[0] + 2 * TICK)
         follower = bench.gateway.cell.follower
         stands = follower.state.positions.copy()
         for _ in range(20):

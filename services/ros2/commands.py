@@ -49,8 +49,8 @@ class Pending:
 
     sent: int
     """Time of its sending [ns]."""
-    asked: Request | None
-    """Service request to answer; None where nobody waits."""
+    asked: tuple[Request, ...]
+    """Service requests to answer; empty where nobody waits."""
     outcome: tuple[bool, str] | None = None
     """Whether it was carried out, and why not."""
 
@@ -77,11 +77,12 @@ class Commands:
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Yield the requests of all nodes, and answer those that have been handled."""
-        for asked in self._hold.take():
+        # One request for all who ask at a time: a state names the newest request alone.
+        if asked := tuple(self._hold.take()):
             hold = ArmCommand(id=self._next(now, asked), stamp=now, action=ArmCommand.HOLD)
             self._queued.append(Publication(topics.ARM_HOLD, hold))
         for name, service in self._services.items():
-            for asked in service.take():
+            if asked := tuple(service.take()):
                 self.request_task(TASK_ACTIONS[name], now, asked)
         for message in self._goals.take():
             with self._door.guard("ROS 2 goal"):
@@ -90,7 +91,7 @@ class Commands:
             with self._door.guard("ROS 2 collision_object"):
                 for action, obstacle in scene_changes(message, _scene(inbox), self._world):
                     request = SceneRequest(
-                        id=self._next(now, None), stamp=now, action=action, obstacle=obstacle
+                        id=self._next(now), stamp=now, action=action, obstacle=obstacle
                     )
                     self._queued.append(Publication(topics.SCENE_REQUEST, request))
         self._answer(inbox, now)
@@ -101,7 +102,7 @@ class Commands:
         self,
         action: TaskRequest.Action,
         now: int,
-        asked: Request | None = None,
+        asked: tuple[Request, ...] = (),
         goal: Goal | None = None,
     ) -> Pending:
         """Send a request to the controller with the next step."""
@@ -114,7 +115,7 @@ class Commands:
         """Return the goal of a message; see `goal_of_poses`."""
         return goal_of_poses(message, self._world)
 
-    def _next(self, now: int, asked: Request | None) -> str:
+    def _next(self, now: int, asked: tuple[Request, ...] = ()) -> str:
         """Id of a new request, whose answer is waited for."""
         self._count += 1
         id = f"{self._session}-{self._count}"
@@ -137,9 +138,9 @@ class Commands:
     def _end(self, id: str, success: bool, message: str) -> None:
         pending = self._pending.pop(id)
         pending.outcome = success, message
-        if pending.asked is not None:
-            pending.asked.reply(ros(f"{TRIGGER}_Response", success=success, message=message))
-        elif not success:
+        for asked in pending.asked:
+            asked.reply(ros(f"{TRIGGER}_Response", success=success, message=message))
+        if not pending.asked and not success:
             self._door.refuse("ROS 2 request", message)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import replace
@@ -263,6 +264,19 @@ def test_a_hold_is_answered_by_the_gateway(bench: Bench):
     answers: list[Any] = []
     bench.until(lambda: answers.append(asked.take()) or answers[-1])
     assert (answers[-1].success, answers[-1].message) == (True, "")
+
+
+def test_all_who_ask_for_a_hold_at_a_time_are_answered_by_one(bench: Bench):
+    client = bench.node.client("/lariat/hold", TRIGGER)
+    until(lambda: client.matched)
+    asked = [client.call(ros(f"{TRIGGER}_Request"), 20.0) for _ in range(5)]
+    time.sleep(0.5)
+    bench.until(lambda: bench.requests(ArmCommand))
+    (hold,) = bench.requests(ArmCommand)
+    # A state names the newest command alone.
+    bench.deliver(topics.ARM_STATE, ArmStates(last_command=hold.id))
+    bench.until(lambda: all(each.replies for each in asked))
+    assert all(each.take().success for each in asked)
 
 
 def test_without_permission_nothing_is_taken():

@@ -31,14 +31,19 @@ POLL_PERIOD = 0.05
 class LiveStack:
     """A stack with dashboard and recorder, up within its `with` block."""
 
-    def __init__(self, scenario: Path, environment: Mapping[str, str] = {}) -> None:
+    def __init__(
+        self, scenario: Path, environment: Mapping[str, str] = {}, ros2: bool = False
+    ) -> None:
         """Choose the ports of a stack.
 
         Args:
             scenario: The scenario.
             environment: Further variables of the environment of its processes.
+            ros2: Whether it joins ROS 2's graph and takes commands from there.
         """
         self._scenario, self._environment = scenario, environment
+        self.ros2_router = f"tcp/127.0.0.1:{free_port()}" if ros2 else ""
+        """Endpoint of ROS 2's router; empty without ROS 2."""
         self._resources = ExitStack()
         self.port = free_port()
         """Port of the hub on 127.0.0.1."""
@@ -74,6 +79,8 @@ class LiveStack:
         self.folder.chmod(0o755)
         arguments = [str(self._scenario.resolve()), "--port", str(self.port)]
         arguments += ["--namespace", self.namespace, "--dashboard-port", str(free_port())]
+        if self.ros2_router:
+            arguments += ["--ros2", "--ros2-commands", "--ros2-router", self.ros2_router]
         log = self.folder / "up.txt"
         # SIGTERM, so that it ends the services when this process is killed.
         command = child_command(signal.SIGTERM, 0, module_entry.command("cli", "up", *arguments))

@@ -279,7 +279,7 @@ def _flood(
         while time.monotonic() < end:
             own |= {key: item.publisher for key, item in (*states.take(), *health.take())}
             time.sleep(PERIOD)
-        rest, begun, pressed = _positions(client.newest_arm_state()), 0.0, 0.0
+        rest, begun, pressed = grip_positions(client.newest_arm_state()), 0.0, 0.0
         with publishing(pool, stack.hub, stack.namespace, FLOOD_RATE, count) as flood:
             while flood.is_alive() or hold:
                 now = time.monotonic()
@@ -288,7 +288,9 @@ def _flood(
                 for key, item in states.take():
                     begun = begun or (now if item.publisher != own[key] else 0.0)
                     if item.publisher == own[key]:
-                        moved = max(moved, float(np.max(np.abs(_positions(item.message) - rest))))
+                        moved = max(
+                            moved, float(np.max(np.abs(grip_positions(item.message) - rest)))
+                        )
                         obeyed = item.message.last_command == hold and not item.message.refusal
                         if hold and (obeyed or is_stopped(item.message)):
                             hold, waits = "", [*waits, now - pressed]
@@ -327,5 +329,6 @@ def _run_afterwards(stack: LiveStack) -> Iterator[Attack]:
     yield Attack("a person", "a run after all of this", outcome, not failure)
 
 
-def _positions(state: ArmStates) -> np.ndarray:
+def grip_positions(state: ArmStates) -> np.ndarray:
+    """Return the positions of the grips [m]."""
     return np.array([arm.position for arm in state.arms])

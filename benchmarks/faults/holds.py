@@ -1,4 +1,4 @@
-"""HOLD of a page that is attacked, from press to confirmed: `lariat bench faults holds`."""
+"""HOLD of a page while others attack, from press to confirmed: `lariat bench faults holds`."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ import numpy as np
 import zstandard
 
 from benchmarks.child_processes import child_processes
+from benchmarks.faults.attacks import STILL, grip_positions
 from benchmarks.faults.no_control import NoControl
 from benchmarks.live_stack import LiveStack
 from benchmarks.speed.pages import CAMERA, PROTOCOL, admitted
@@ -30,6 +31,7 @@ from dashboard.uploads import MAX_FILE_SIZE
 from dashboard.web.browser_messages import FileTransferPart, FileTransferStartUpload
 from lariat.configuration import ConfigurationError
 from lariat.scenario.shipped import find
+from stack.client import Client
 
 DEFAULT_SCENARIO = Path("three-cylinders")
 """Scenario of the stack."""
@@ -79,7 +81,7 @@ class Holds:
     case: str
     """Name in `CASES`."""
     attacks: int
-    """Files that were answered, or connections that were opened, meanwhile."""
+    """Files that were answered, connections that were opened, or messages, meanwhile."""
     holds: int
     """Number of presses."""
     unconfirmed: int
@@ -90,8 +92,11 @@ class Holds:
     """99th percentile of that time [ms]."""
     longest_ms: float
     """Longest time [ms]."""
+    moved_mm: float
+    """Largest distance of a grip from its place before [mm]."""
     ok: bool
-    """Whether all were confirmed, 99 % of them within `LIMIT`, or each within `RETURN_LIMIT`."""
+    """Whether all were confirmed, 99 % of them within `LIMIT`, or each within `RETURN_LIMIT`, and
+    no grip has moved."""
 
 
 class Page:
@@ -100,6 +105,7 @@ class Page:
     def __init__(self, session: aiohttp.ClientSession, stack: LiveStack) -> None:
         self._session, self._address = session, stack.address
         self.port, self.hub_port = urlsplit(stack.address).port or 80, stack.port
+        self.ros2_router = stack.ros2_router
         self.launcher = stack.pid
         self.buttons: list[str] = []
         """Buttons that take a file."""
@@ -202,25 +208,34 @@ async def _uploads(page: Page) -> AsyncIterator[Count]:
 
 
 @asynccontextmanager
-async def _crowd(page: Page, port: int = 0) -> AsyncIterator[Count]:
-    """Open connections as another user, to the page or to another port."""
-    command = [sys.executable, "-S", "-c", CROWD, str(port or page.port), str(CONNECTIONS)]
-    crowd = subprocess.Popen(command, stdout=subprocess.PIPE)
-    assert crowd.stdout is not None
-    os.set_blocking(crowd.stdout.fileno(), False)
-    opened = 0
+async def _program(*words: object) -> AsyncIterator[Count]:
+    """Run a program of Python that prints a 1 for each attack that has arrived."""
+    program = subprocess.Popen([sys.executable, *map(str, words)], stdout=subprocess.PIPE)
+    assert program.stdout is not None
+    os.set_blocking(program.stdout.fileno(), False)
+    arrived = 0
 
     def count() -> int:
-        nonlocal opened
-        assert crowd.stdout is not None
-        opened += sum(map(int, (crowd.stdout.read() or b"").split()))
-        return opened
+        nonlocal arrived
+        assert program.stdout is not None
+        arrived += sum(map(int, (program.stdout.read() or b"").split()))
+        return arrived
 
     try:
         yield count
     finally:
-        crowd.kill()
-        crowd.wait()
+        program.kill()
+        program.wait()
+
+
+def _crowd(port: int) -> AbstractAsyncContextManager[Count]:
+    """Open connections as another user."""
+    return _program("-S", "-c", CROWD, port, CONNECTIONS)
+
+
+def _node(page: Page, attack: str) -> AbstractAsyncContextManager[Count]:
+    """Attack as a node of ROS 2."""
+    return _program("-m", "benchmarks.faults.hostile_node", page.ros2_router, attack)
 
 
 @asynccontextmanager
@@ -234,8 +249,11 @@ async def _death(page: Page) -> AsyncIterator[Count]:
 CASES: dict[str, tuple[Callable[[Page], AbstractAsyncContextManager[Count]], int]] = {
     "idle": (_none, 1),
     "ten of the worst files at once": (_uploads, 1),
-    "5,000 connections of another user": (_crowd, CONNECTIONS),
-    "5,000 to the bus": (lambda page: _crowd(page, page.hub_port), CONNECTIONS),
+    "5,000 connections of another user": (lambda page: _crowd(page.port), CONNECTIONS),
+    "5,000 to the bus": (lambda page: _crowd(page.hub_port), CONNECTIONS),
+    "ROS 2: ten slow subscribers to all": (lambda page: _node(page, "subscribers"), 500),
+    "ROS 2: garbage to all services": (lambda page: _node(page, "calls"), 5000),
+    "ROS 2: queries for all": (lambda page: _node(page, "queries"), 5000),
     KILLED: (_death, 1),
 }
 """Attacks during which HOLD is pressed, by name, and how many of them must arrive meanwhile."""
@@ -259,28 +277,32 @@ def run(
 
     Returns:
         0 when every hold was confirmed, 99 % of each case within 150 ms, or each within 2 s of the
-        dashboard's death, 1 otherwise.
+        dashboard's death, and no grip moved, 1 otherwise.
     """
     for name in cases:
         if name not in CASES:
             raise ConfigurationError(f"no case {name!r}; expected one of {', '.join(CASES)}")
-    with LiveStack(find(scenario)) as stack:
-        results = asyncio.run(_press_all(stack, cases, seconds))
+    ros2 = any(case.startswith("ROS 2") for case in cases)
+    with LiveStack(find(scenario), ros2=ros2) as stack, stack.connect() as client:
+        results = asyncio.run(_press_all(stack, client, cases, seconds))
     report(results, f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}", json=json)
     return 0 if results and all(each.ok for each in results) else 1
 
 
-async def _press_all(stack: LiveStack, cases: tuple[str, ...], seconds: float) -> list[Holds]:
+async def _press_all(
+    stack: LiveStack, client: Client, cases: tuple[str, ...], seconds: float
+) -> list[Holds]:
     # One page, which has the controls: others may not upload.
     async with aiohttp.ClientSession() as session:
         page = Page(session, stack)
         await page.open()
-        return [await _press(page, case, seconds) for case in cases]
+        return [await _press(page, client, case, seconds) for case in cases]
 
 
-async def _press(page: Page, case: str, seconds: float) -> Holds:
+async def _press(page: Page, client: Client, case: str, seconds: float) -> Holds:
     """Press HOLD during an attack, at least until it has arrived."""
     waits, confirmed, attacks = [], 0, 0
+    places = grip_positions(client.newest_arm_state())
     attack, needed = CASES[case]
     async with attack(page) as count:
         end = time.monotonic() + seconds
@@ -294,7 +316,8 @@ async def _press(page: Page, case: str, seconds: float) -> Holds:
             await asyncio.sleep(PRESS_PERIOD)
     p50, p99 = np.percentile(waits, [50, 99])
     unconfirmed = len(waits) - confirmed
+    moved = np.abs(grip_positions(client.newest_arm_state()) - places).max()
     in_time = max(waits) <= 1e3 * RETURN_LIMIT if case == KILLED else p99 <= 1e3 * LIMIT
-    ok = not unconfirmed and bool(in_time)
-    times = (round(p50, 1), round(p99, 1), round(max(waits), 1))
+    ok = not unconfirmed and bool(in_time and moved < STILL)
+    times = (round(p50, 1), round(p99, 1), round(max(waits), 1), round(1e3 * moved, 2))
     return Holds(case, attacks, len(waits), unconfirmed, *times, ok)

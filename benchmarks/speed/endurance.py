@@ -29,6 +29,9 @@ from lariat.trajectory import SECOND
 from services.recorder.retention import IDLE_ENDING
 from shared.messages import REACHED
 from shared.recording import Recording
+from shared.ros2.node import Node
+from shared.ros2.router import environment_domain
+from shared.ros2.table import Table
 from stack import services
 from stack.client import RequestFailed
 from stack.simulation.simulated_time import START
@@ -71,6 +74,7 @@ def run(
     live_minutes: float = 0.0,
     pages: int = 20,
     hostile_rate: float = 0.0,
+    ros2: bool = False,
     scenario: Path = DEFAULT_SCENARIO,
     json: bool = False,
     output: Path | None = None,
@@ -85,6 +89,7 @@ def run(
       lariat bench speed endurance --hours 8
       lariat bench speed endurance --hours 0 --live-minutes 30 --pages 20
       lariat bench speed endurance --hours 0 --live-minutes 5 --pages 0 --hostile-rate 1000
+      lariat bench speed endurance --hours 0 --live-minutes 2 --pages 0 --ros2
 
     Args:
         hours: Simulated time of operation [h]; 0 for a live one.
@@ -92,6 +97,7 @@ def run(
         pages: Number of pages that are open during it.
         hostile_rate: Hostile messages over all topics in a second of it, which the check of the bus
             refuses [Hz].
+        ros2: Whether it joins ROS 2's graph, where another node subscribes to all of its topics.
         scenario: Scenario of the runs.
         json: Print one JSON object instead of tables.
         output: Folder for the tables as CSV.
@@ -107,7 +113,7 @@ def run(
         done = simulated(loaded, 60.0 * hours)
         operations.append(("simulated", done, "true nodes sensed"))
     if live_minutes > 0.0:
-        done = live(scenario, live_minutes, pages, hostile_rate)
+        done = live(scenario, live_minutes, pages, hostile_rate, ros2)
         operations.append(("live", done, str(Conditions.of(loaded.live))))
     logging.disable(logging.NOTSET)
     tables = []
@@ -148,11 +154,14 @@ def _simulated_samples(cell: RepeatedRuns, minutes: float) -> Iterator[Sample]:
         times.clear()
 
 
-def live(scenario: Path, minutes: float, pages: int, hostile_rate: float = 0.0) -> Operation:
+def live(
+    scenario: Path, minutes: float, pages: int, hostile_rate: float = 0.0, ros2: bool = False
+) -> Operation:
     """Run back to back in `lariat up`, as a person who acknowledges its stops."""
-    operation, limit = Operation(), load(scenario).run.time_limit + RESET_TIMEOUT
+    loaded = load(scenario)
+    operation, limit = Operation(), loaded.run.time_limit + RESET_TIMEOUT
     with ExitStack() as cleanup:
-        stack = cleanup.enter_context(LiveStack(scenario))
+        stack = cleanup.enter_context(LiveStack(scenario, ros2=ros2))
         operator = Operator(cleanup.enter_context(stack.connect()))
         browsers = OpenPages(stack.address, pages) if pages else None
         if browsers:
@@ -160,6 +169,8 @@ def live(scenario: Path, minutes: float, pages: int, hostile_rate: float = 0.0) 
         if hostile_rate:
             flood = publishing(drawn(valid=False), stack.hub, stack.namespace, hostile_rate)
             cleanup.enter_context(flood)
+        if ros2:
+            cleanup.callback(_subscriber(stack.ros2_router, loaded).close)
         begun = sampled = time.monotonic()
         while (now := time.monotonic()) - begun < 60.0 * minutes:
             operator.states.clear()
@@ -184,6 +195,16 @@ def live(scenario: Path, minutes: float, pages: int, hostile_rate: float = 0.0) 
         newest = runs[:-1][-LATENCY_RECORDINGS:]
         operation.latency = latencies(Recording.open(path) for path in newest)
     return operation
+
+
+def _subscriber(router: str, scenario: Scenario) -> Node:
+    """Node of ROS 2 that subscribes to all topics of a cell's."""
+    table = Table.of(scenario)
+    node = Node("bench", table.settings.namespace, environment_domain(), router, serve=False)
+    for output in table.outputs:
+        for source in table.sources(output.source):
+            node.subscription(output.name_for(source.key), output.type, output.qos)
+    return node
 
 
 def _live_samples(launcher: int, operator: Operator, minutes: float) -> Iterator[Sample]:

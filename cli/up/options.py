@@ -43,7 +43,8 @@ class UpOptions:
     """Whether to join ROS 2's graph (rmw_zenoh) as a node that shows the cell; `lariat ros2` lists
     its topics."""
     ros2_commands: bool = False
-    """Whether ROS 2 nodes may set goals and obstacles, start, pause, stop and reset."""
+    """Whether ROS 2 nodes may set goals and obstacles, move joints, start, pause, stop, reset and
+    hold."""
     ros2_router: str = DEFAULT_ROUTER
     """Zenoh endpoint of ROS 2's router; where none answers, the node serves one there."""
     saved_scenarios: Path = Path("my-scenarios")

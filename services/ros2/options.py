@@ -16,5 +16,5 @@ class Ros2Options:
     domain: int = field(default_factory=environment_domain)
     """Domain of the graph; by default ROS_DOMAIN_ID."""
     commands: bool = False
-    """Whether ROS 2 nodes may set goals and obstacles, start, pause, stop, reset and hold; arms are
-    armed and resumed by a person at page or terminal in any case."""
+    """Whether ROS 2 nodes may set goals and obstacles, move joints, start, pause, stop, reset and
+    hold; arms are armed and resumed by a person at page or terminal in any case."""

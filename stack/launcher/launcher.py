@@ -99,7 +99,7 @@ class Launcher:
         self._campaign = bus.publisher(topics.CAMPAIGN_STATE)
         self._published = 0.0
         self._selector = selectors.DefaultSelector()
-        self._signals = 0
+        self._signals = self._suspensions = 0
         self._started = 0.0
         self._starting = True
         """Whether not all processes of the present scenario have been ready yet."""
@@ -113,7 +113,7 @@ class Launcher:
         Returns:
             0 after a signal; otherwise the exit code of the process that failed for good.
         """
-        handled = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        handled = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
         former = [signal.signal(number, self._signal) for number in handled]
         self._started = time.monotonic()
         try:
@@ -130,6 +130,9 @@ class Launcher:
                 signal.signal(number, handler)
 
     def _signal(self, number: int, frame: FrameType | None) -> None:
+        if number == signal.SIGTSTP:
+            self._suspensions += 1
+            return
         self._signals += 1
         if self._signals > 1:
             self._kill_all()
@@ -137,6 +140,11 @@ class Launcher:
     def _watch(self, when_ready: Callable[[float], None]) -> int:
         waiting = True
         while not self._signals:
+            if self._suspensions:
+                # Arms would go on, and nobody would start a process again that dies.
+                text = "Ctrl-Z is refused: the cell needs its launcher; Ctrl-C stops all"
+                self._console.print_line("lariat", text, "warning")
+                self._suspensions = 0
             self._poll_outputs()
             now = time.monotonic()
             for process in self._processes:

@@ -109,6 +109,11 @@ def test_ctrl_c_ends_all_in_order_and_says_so(stack: Stack) -> None:
     assert "lariat | stopped in" in stack.output
 
 
+def test_ctrl_z_does_not_suspend_the_launcher(stack: Stack) -> None:
+    stack.process.send_signal(signal.SIGTSTP)
+    until(lambda: "Ctrl-Z is refused" in stack.output)
+
+
 def test_processes_have_their_priorities_once_all_are_ready(stack: Stack) -> None:
     pids = stack.pids.values()
     until(lambda: {os.getpriority(os.PRIO_PROCESS, pid) for pid in pids} == {3}, 5.0)

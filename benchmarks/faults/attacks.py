@@ -11,8 +11,6 @@ import logging
 import os
 import signal
 import socket
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -25,13 +23,11 @@ import numpy as np
 import psutil
 
 from benchmarks.faults.hostile_publisher import drawn, publishing
-from benchmarks.faults.machines import ROBOT, cable, on_second_machine
 from benchmarks.faults.no_control import NoControl
 from benchmarks.live_stack import LiveStack
 from benchmarks.operator import DeadlineMissed, Operator
 from benchmarks.tables import report
 from dashboard.controls.hold_path import is_stopped
-from lariat.configuration import ConfigurationError
 from lariat.scenario.shipped import find
 from shared import bus as buses
 from shared import topics
@@ -51,13 +47,6 @@ JOIN_TIMEOUT = 0.5
 """Longest wait for an answer of the bus [s]."""
 RECORDING_TIMEOUT = 10.0
 """Longest wait for the first recording [s]."""
-PROBE = """
-import json, socket, sys
-socket.setdefaulttimeout(1.0)
-open = lambda port: not socket.socket().connect_ex((sys.argv[1], port))
-print(json.dumps([port for port in map(int, sys.argv[2:]) if open(port)]))
-"""
-"""Program that prints which ports of a host accept a connection."""
 PERIOD = 0.02
 """Time between two looks at what the stack says [s]."""
 STILL = 1e-4
@@ -87,10 +76,10 @@ class Attack:
 
 
 def run(scenario: Path = DEFAULT_SCENARIO, messages: int = 10**6, json: bool = False) -> int:
-    """Attack a live stack as another user, a machine of the network, a process on the bus.
+    """Attack a live stack as another user and as a process on the bus.
 
-    Another user and another machine are played by root alone; without it these attacks are left
-    out, and the table says so.
+    Another user is played by root alone; without it their attacks are left out, and the table says
+    so.
 
     Args:
         scenario: A scenario's TOML file, or the short name of a shipped one.
@@ -105,9 +94,8 @@ def run(scenario: Path = DEFAULT_SCENARIO, messages: int = 10**6, json: bool = F
     logging.disable(logging.WARNING)
     pool = drawn(valid=True)
     with LiveStack(find(scenario)) as stack:
-        # First those that fork: the bus has not been joined yet.
-        attacks += [*_other_user(stack), *_other_machine(stack)]
-        attacks += [*_flood(stack, pool, messages), *_run_afterwards(stack)]
+        # First who forks: the bus has not been joined yet.
+        attacks += [*_other_user(stack), *_flood(stack, pool, messages), *_run_afterwards(stack)]
     logging.disable(logging.NOTSET)
     report(attacks, json=json)
     return 0 if attacks and all(each.held for each in attacks) else 1
@@ -231,34 +219,6 @@ def _processes(stack: LiveStack) -> tuple[list[int], list[int]]:
     sockets = [s for process in processes for s in process.net_connections("tcp")]
     ports = {s.laddr.port for s in sockets if s.status == psutil.CONN_LISTEN}
     return [process.pid for process in processes], sorted(ports)
-
-
-# Another machine of the network
-
-
-def _other_machine(stack: LiveStack) -> Iterator[Attack]:
-    """Connect to every port on which the stack listens, from a network namespace."""
-    who, attempt = "another machine of the network", "connect to every port of the stack"
-    if os.geteuid():
-        yield Attack(who, attempt, "left out: needs root", held=True)
-        return
-    _, ports = _processes(stack)
-    try:
-        with cable(), socket.create_server((ROBOT, 0)) as control:
-            open_port = control.getsockname()[1]
-            command = [sys.executable, "-c", PROBE, ROBOT, *map(str, (open_port, *ports))]
-            answer = subprocess.run(
-                on_second_machine(command), capture_output=True, text=True, timeout=60, check=True
-            )
-    except ConfigurationError as error:
-        yield Attack(who, attempt, f"left out: {error}", held=True)
-        return
-    reached = encoder.loads(answer.stdout)
-    if open_port not in reached or not ports:
-        raise NoControl(f"the stack listens on {ports}; reached from the namespace: {reached}")
-    reached.remove(open_port)
-    outcome = f"reaches {reached}" if reached else f"none of {len(ports)} answers"
-    yield Attack(who, attempt, outcome, held=not reached)
 
 
 # A process with the bus's password

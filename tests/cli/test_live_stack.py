@@ -91,13 +91,15 @@ class Live:
         return pids[service]
 
     def listening(self) -> set[str]:
-        """Names of the processes that listen where every user of the machine can connect."""
+        """Names of the processes that listen where every user of the machine, but no other machine
+        can connect.
+        """
         launcher = psutil.Process(self.process.pid)
         names = {launcher.pid: "__main__", **child_processes(launcher.pid)}
         heard = {pid: psutil.Process(pid).net_connections("tcp") for pid in names}
-        return {
-            names[pid] for pid in names if any(c.status == psutil.CONN_LISTEN for c in heard[pid])
-        }
+        listeners = [(p, c) for p in names for c in heard[p] if c.status == psutil.CONN_LISTEN]
+        assert {c.laddr.ip for _, c in listeners} == {"127.0.0.1"}
+        return {names[pid] for pid, _ in listeners}
 
     def arms(self) -> list[ArmStates]:
         return [i.message for _, i in self.arm.take()]

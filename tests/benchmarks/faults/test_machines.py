@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.faults.machines import PORT, ROBOT, cable, on_second_machine, set_cable
 from lariat.configuration import ConfigurationError
 from shared import bus as buses
 from shared import topics
 from shared.bus import BusOptions
 from stack.credentials.cell_credentials import make_credentials
+from tests.benchmarks.faults.machines import PORT, ROBOT, cable, on_second_machine, set_cable
 from tests.shared.cell import until
 
 pytestmark = pytest.mark.live

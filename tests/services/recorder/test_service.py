@@ -7,7 +7,6 @@ import os
 import random
 import shutil
 import threading
-import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -38,6 +37,7 @@ from shared.messages import (
 )
 from shared.recording import Recording
 from shared.runtime.service import Inbox
+from tests.shared.cell import until
 
 TEXT = """
 name = "three posts"
@@ -572,10 +572,10 @@ def test_a_run_is_on_the_disk_every_second(tmp_path: Path, monkeypatch: pytest.M
     sizes = lambda descriptor: synced.append(os.fstat(descriptor).st_size)  # noqa: E731
     monkeypatch.setattr(os, "fdatasync", sizes)
     cell = Cell(tmp_path)
-    for _ in range(5):
+    for k in range(5):
         cell.live(1.0, RUNNING, "run-1")
-        time.sleep(0.02)  # The thread that syncs.
-    assert len(synced) >= 4
+        # The thread that syncs.
+        until(lambda k=k: len(synced) >= k, 10.0)
     assert synced == sorted(set(synced))
     cell.recorder.close()
     for thread in threading.enumerate():

@@ -158,7 +158,7 @@ class Cell:
             if request.cancel and trajectory.running:
                 trajectory.end("cancelled")
                 self._control.stop("writer_holds", "the trajectory was cancelled")
-        elif request.ways and not request.cancel and not trajectory.running:
+        elif request.points and not request.cancel and not trajectory.running:
             trajectory.start(request, self._obstruction, now)
             if trajectory.running:
                 moving = self.safety.moving(True)

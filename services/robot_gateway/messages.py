@@ -8,7 +8,7 @@ import numpy as np
 
 from lariat.safety.guard.consent import SignOfLife
 from lariat.safety.guard.operator_commands import Action, OperatorCommand
-from lariat.safety.motion.joint_trajectory import JointWay
+from lariat.safety.motion.joint_trajectory import JointPoints
 from lariat.scenario import SIDES, Side
 from lariat.trajectory import NANOSECONDS, SetpointChunk
 from services.robot_gateway.drivers.driver import ArmFeedback, Driver
@@ -99,12 +99,12 @@ def hold_of(item: Received) -> OperatorCommand:
 def trajectory_of(item: Received) -> TrajectoryRequest:
     """Return the trajectory, sign of life or cancellation of a message."""
     message: JointTrajectory = item.message
-    count, ways = len(message.times), {}
+    count, points = len(message.times), {}
     for arm in message.arms:
         velocities = np.reshape(arm.velocities, (count, -1)) if arm.velocities else None
-        ways[arm.arm] = JointWay(np.reshape(arm.positions, (count, -1)), velocities)
+        points[arm.arm] = JointPoints(np.reshape(arm.positions, (count, -1)), velocities)
     times = NANOSECONDS * np.array(message.times, float)
-    return TrajectoryRequest(message.id, times, ways, message.cancel)
+    return TrajectoryRequest(message.id, times, points, message.cancel)
 
 
 def sign_of_life_of(item: Received) -> SignOfLife:

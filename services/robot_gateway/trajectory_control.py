@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.safety.motion.follower import SetpointFollower
-from lariat.safety.motion.joint_trajectory import JointWay, check_trajectory
+from lariat.safety.motion.joint_trajectory import JointPoints, check_trajectory
 from lariat.safety.motion.validation import ChunkRefused
 from lariat.scenario import SIDES, Side
 from lariat.trajectory import NANOSECONDS
@@ -31,7 +31,7 @@ class TrajectoryRequest:
     """Id of the trajectory."""
     times: Float64[np.ndarray, "k"]
     """Times of the points [s]; none in a sign of life."""
-    ways: Mapping[Side, JointWay]
+    points: Mapping[Side, JointPoints]
     """Points of each arm."""
     cancel: bool = False
     """Whether to stop."""
@@ -75,13 +75,13 @@ class TrajectoryControl:
         if obstruction:
             return
         drivers = [self._arms.drivers[k] for k in self._follower.driven]
-        ways = [request.ways.get(SIDES[k]) for k in self._follower.driven]
+        points = [request.points.get(SIDES[k]) for k in self._follower.driven]
         self.planned = True
         try:
-            if sum(way is not None for way in ways) < len(request.ways):
+            if sum(p is not None for p in points) < len(request.points):
                 raise ChunkRefused("finite", "it names an end that does not move")
             joints = [driver.joint_constraints for driver in drivers]
-            spline = check_trajectory(self._follower, joints, ways, request.times, now)
+            spline = check_trajectory(self._follower, joints, points, request.times, now)
         except ChunkRefused as refused:
             self.reason = str(refused)
             return

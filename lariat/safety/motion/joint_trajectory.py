@@ -33,7 +33,7 @@ RESTING_POSES = 13
 
 
 @dataclass(frozen=True)
-class JointWay:
+class JointPoints:
     """Points of one arm's joints."""
 
     positions: Float64[np.ndarray, "k j"]
@@ -45,7 +45,7 @@ class JointWay:
 def check_trajectory(
     follower: SetpointFollower,
     joints: Sequence[JointConstraints | None],
-    ways: Sequence[JointWay | None],
+    arms: Sequence[JointPoints | None],
     times: Float64[np.ndarray, "k"],
     now: int,
 ) -> Spline:
@@ -54,7 +54,7 @@ def check_trajectory(
     Args:
         follower: Commanded motion, at rest.
         joints: Joint constraints of each driven end.
-        ways: Points of each driven end; None where it stands still.
+        arms: Points of each driven end; None where it stands still.
         times: Time of each point from the beginning, increasing [s].
         now: Present time [ns].
 
@@ -70,14 +70,14 @@ def check_trajectory(
     state = follower.state
     shape = (len(at), len(follower.driven))
     positions, orientations = np.zeros((*shape, 3)), np.zeros((*shape, 4))
-    for k, way in enumerate(ways):
-        if way is None:
+    for k, arm in enumerate(arms):
+        if arm is None:
             positions[:, k], orientations[:, k] = state.positions[k], state.orientations[k]
             continue
         constraints = joints[k]
         if constraints is None or constraints.joints is None:
             raise ChunkRefused("lost_link", "the arm's joints are not known")
-        path = _sampled(way, times, constraints.joints, at)
+        path = _sampled(arm, times, constraints.joints, at)
         grips = [constraints.kinematics.grip(row) for row in path]
         positions[:, k] = [grip.position for grip in grips]
         orientations[:, k] = [grip.orientation for grip in grips]
@@ -88,13 +88,13 @@ def check_trajectory(
 
 
 def _sampled(
-    way: JointWay,
+    arm: JointPoints,
     times: Float64[np.ndarray, "k"],
     present: Float64[np.ndarray, "j"],
     at: Float64[np.ndarray, "m"],
 ) -> Path:
     """Joints at some times [s]; one that begins later begins at the present ones."""
-    points, speeds = way.positions, way.velocities
+    points, speeds = arm.positions, arm.velocities
     if points.shape[1:] != present.shape:
         raise ChunkRefused("finite", f"{points.shape[1]} joints, the arm has {len(present)}")
     if times[0] > 0.0:

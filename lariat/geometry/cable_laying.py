@@ -2,9 +2,10 @@
 
 Over the clip nearest to its middle the cable hangs in a vertical plane along the clip, and is
 lowered into it. Each end then goes outward and down, so that the cable comes to lie from there to
-the next stop in the plane of its free part, which is lowered into a clip from above. Beyond a stop
-the end swings about it to the direction of the next one. Nothing that lies is moved but for the
-short piece beyond the stop.
+the next stop in the plane of its free part, which is lowered into a clip from above. Beyond a clip,
+and at a peg, the end swings to the direction of the next stop; the free part is steep and nearly
+taut, so that it passes over the legs of a clip that is near. Nothing that lies is moved but for the
+short piece beyond the clip.
 """
 
 from __future__ import annotations
@@ -25,25 +26,31 @@ from lariat.geometry.poses import Pose
 class LayingSettings:
     """Shape of the free part of a cable, and steps of its ends."""
 
-    slope: float = 0.65
+    slope: float = 0.85
     """Height that an end has more for each length of cable that is free beyond what hangs at the
     end of the motion [-]."""
     last_slope: float = 0.25
     """Height of an end over the free length at the end of the motion [-]."""
-    sway: float = 1.12
+    sway: float = 1.01
     """Factor on the height in the distance that a free part spans, whose ends are level [-]."""
     stretch: float = 0.995
     """Share of the largest distance that a free part spans [-]."""
     margin: float = 0.015
-    """Length that lies beyond a stop before the end swings about it [m]."""
+    """Length that lies beyond another clip before the end swings about it [m]."""
+    first_margin: float = 0.015
+    """Length that lies beyond the first clip on both sides before the ends swing [m]."""
     step: float = 0.01
     """Length that is laid between two waypoints [m]."""
     swing_lever: float = 0.1
     """Lever arm that converts a swing into a laid length [m]."""
 
 
-SETTINGS = LayingSettings()
-"""Default settings of laying."""
+TRIED_SETTINGS = (
+    LayingSettings(),
+    LayingSettings(first_margin=0.045),
+    LayingSettings(slope=0.8, sway=1.03),
+)
+"""Settings that are tried in turn."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +76,7 @@ def laying_waypoints(
     length: float,
     rotates: tuple[bool, bool],
     aims: Float64[np.ndarray, "k 3"],
-    settings: LayingSettings = SETTINGS,
+    settings: LayingSettings,
 ) -> tuple[Float64[np.ndarray, "w 2 3"], Float64[np.ndarray, "w 2 4"]]:
     """Return positions [m] and orientations of both grips while a cable is laid.
 
@@ -144,7 +151,9 @@ def _moments(
     yield _Moment(cost, points[0], heading, free, 0.0)
     for k, (here, there) in enumerate(pairwise(points)):
         apart = float(np.linalg.norm(there - here))
-        margin, last = min(settings.margin, 0.5 * apart), k == len(points) - 2
+        margin = settings.margin if k else settings.first_margin
+        margin = min(margin, 0.5 * apart) if stops[k].clip else 0.0
+        last = k == len(points) - 2
         cost, free = cost + margin, free - margin
         yield _Moment(cost, here + margin * _outward(heading), heading, free, 0.0)
         turn = _angle(there + (np.zeros(3) if last else aims[k + 1]) - here) - heading

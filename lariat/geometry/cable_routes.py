@@ -21,6 +21,11 @@ LEGS = ("-left", "-right")
 SIDES_OF_PEGS = {"left of ": 1.0, "right of ": -1.0}
 """Begin of the entry of a peg, and the side of it, positive to the left."""
 
+LEAST_SLACK = 0.007
+"""Share of a cable by which it is longer than its route [-]."""
+LEAST_TAIL = 0.1
+"""Share to which a tail may be shortened [-]."""
+
 
 @dataclass(frozen=True)
 class ClipOpening:
@@ -136,7 +141,8 @@ def stops_of(
     """Return the stops of a route, from the left end of the cable to the right one.
 
     A cable lies as high above the foot of the last clip before a peg, or the first after it, as it
-    is thick; it touches the pegs.
+    is thick; it touches the pegs. A peg from which it would have to bend away is no stop: the cable
+    passes it at a distance.
 
     Args:
         route: The route.
@@ -164,7 +170,19 @@ def stops_of(
     if not clips:
         raise ValueError("the route has no clip; give at least one, where laying begins")
     centres = np.array([ends[0], *(_centre(entry, openings, bodies) for entry in route), ends[1]])
-    return tuple(_stops(route, openings, bodies, centres, clips[0].foot[2] + radius, radius))
+    stops = list(_stops(route, openings, bodies, centres, clips[0].foot[2] + radius, radius))
+    while np.max(bends := _bends(stops, ends)) > 0.0:
+        del stops[int(np.argmax(bends))]
+    return tuple(stops)
+
+
+def _bends(
+    stops: Sequence[RouteStop], ends: Float64[np.ndarray, "2 3"]
+) -> Float64[np.ndarray, "k"]:
+    """Sine of the angle by which a cable at each stop bends away from its peg; 0 at clips."""
+    points = np.array([ends[0], *(stop.place for stop in stops), ends[1]])
+    edges = poses.normalized(np.diff(points, axis=0) * np.array([1.0, 1.0, 0.0]))
+    return np.cross(edges[:-1], edges[1:])[:, 2] * [peg_of(stop.entry)[1] for stop in stops]
 
 
 def _centre(
@@ -230,6 +248,27 @@ def laid_chain(
     even = np.linspace(0.0, length, count)
     nodes = np.stack([np.interp(even, at, points[:, k]) for k in range(3)], axis=1)
     return nodes, at[1:-1]
+
+
+def fitted_ends(
+    stops: Sequence[RouteStop], ends: Float64[np.ndarray, "2 3"], length: float
+) -> Float64[np.ndarray, "2 3"]:
+    """Return the places of a cable's ends, nearer to their stops where it is too short [m].
+
+    Both tails are shortened by the same share; their ends keep their heights.
+
+    Args:
+        stops: Stops of the route.
+        ends: Wanted places of the ends [m].
+        length: Length of the cable [m].
+    """
+    places = np.array([stop.place for stop in stops])
+    tails, shares = ends - places[[0, -1]], np.linspace(LEAST_TAIL, 1.0, 50)
+    shortened = np.stack([shares, shares, np.ones_like(shares)], axis=1)
+    lengths = sum(np.linalg.norm(shortened * tail, axis=1) for tail in tails)
+    free = (1.0 - LEAST_SLACK) * length - polylines.length(places)
+    share = np.interp(free, lengths, shares)
+    return places[[0, -1]] + np.array([share, share, 1.0]) * tails
 
 
 def tail_directions(

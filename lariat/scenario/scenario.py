@@ -14,7 +14,13 @@ from lariat.configuration import Bounds, ConfigurationError
 from lariat.files.bounded_file import path_inside, read_file
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines, poses
-from lariat.geometry.cable_routes import RouteStop, laid_chain, stops_of, tail_directions
+from lariat.geometry.cable_routes import (
+    RouteStop,
+    fitted_ends,
+    laid_chain,
+    stops_of,
+    tail_directions,
+)
 from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.geometry.poses import Pose
 from lariat.scenario.cameras import CameraSetup, PlacedCamera, camera_setups
@@ -227,7 +233,7 @@ class Scenario:
             ConfigurationError: The route names something that is not there, or the rope is too
                 short for it.
         """
-        rope, ends = self.rope, np.array(shape.line)
+        rope, ends = self.rope, np.array([grip.position for grip in self.grips(shape)])
         try:
             return laid_chain(self.route_stops(shape), ends, rope.length, rope.node_count)[0]
         except ValueError as error:
@@ -260,7 +266,9 @@ class Scenario:
             left, right = np.array(shape.line)
             first = last = poses.normalized(right - left)
             if shape.route:
-                first, last = tail_directions(self.route_stops(shape), np.array(shape.line))
+                stops, ends = self.route_stops(shape), np.array(shape.line)
+                left, right = fitted_ends(stops, ends, self.rope.length)
+                first, last = tail_directions(stops, np.array([left, right]))
         else:
             nodes = _chain(self.folder, shape)
             left, right = nodes[0], nodes[-1]

@@ -127,7 +127,7 @@ class GoalFactory:
             try:
                 stops = self.scenario.route_stops(shape)
                 state, waypoints = laying(self.rod, stops, grips, (rotates[0], rotates[1]), bodies)
-                nodes = laid(self.rod, state, waypoints, supports).positions
+                nodes = laid(self.rod, state, waypoints, supports).final.positions
             except ValueError as error:
                 raise RequestRefused(str(error)) from error
             held = held_clips(shape.route, bodies, nodes)

@@ -3,7 +3,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.geometry.cable_routes import clip_openings, held_clips, laid_chain, stops_of
+from lariat.geometry.cable_routes import (
+    clip_openings,
+    fitted_ends,
+    held_clips,
+    laid_chain,
+    stops_of,
+    tail_directions,
+)
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario.sections import Clip
 
@@ -50,14 +57,41 @@ def test_a_cable_that_ends_before_a_clip_is_not_held():
     assert held_clips(["clip"], CLIP.bodies, chain(0.0, 0.003)[:10]) == []
 
 
-@pytest.mark.parametrize(("entry", "side"), [("left of peg", 1.0), ("right of peg", -1.0)])
-def test_a_cable_touches_the_peg_on_the_named_side(entry: str, side: float):
-    ends = np.array([[0.0, 0.15, 0.03], [0.5, 0.3, 0.03]])
+@pytest.mark.parametrize(
+    ("entry", "side", "end"), [("left of peg", 1.0, 0.3), ("right of peg", -1.0, 0.4)]
+)
+def test_a_cable_touches_the_peg_on_the_named_side(entry: str, side: float, end: float):
+    ends = np.array([[0.0, 0.15, 0.03], [0.5, end, 0.03]])
     clip, peg = stops_of(["clip", entry], (PEG, *CLIP.bodies), ends, radius=0.003)
     x, y, _ = peg.place - np.array(PEG.position)
     assert np.hypot(x, y) == pytest.approx(0.013)
     assert np.sign(peg.along[0] * y - peg.along[1] * x) == side
     assert clip.place[2] == peg.place[2] == pytest.approx(0.013)
+
+
+def test_a_peg_that_a_straight_cable_passes_on_the_named_side_is_no_stop():
+    ends = np.array([[0.0, 0.15, 0.03], [0.5, 0.45, 0.03]])
+    (clip,) = stops_of(["clip", "left of peg"], (PEG, *CLIP.bodies), ends, radius=0.003)
+    assert clip.entry == "clip"
+    assert len(stops_of(["clip", "right of peg"], (PEG, *CLIP.bodies), ends, radius=0.003)) == 2
+
+
+def test_ends_come_nearer_to_their_stops_only_where_the_cable_is_too_short():
+    ends = np.array([[0.0, 0.15, 0.03], [0.5, 0.3, 0.05]])
+    stops = stops_of(["clip", "left of peg"], (PEG, *CLIP.bodies), ends, radius=0.003)
+    np.testing.assert_allclose(fitted_ends(stops, ends, 0.6), ends, atol=1e-12)
+    fitted = fitted_ends(stops, ends, 0.45)
+    np.testing.assert_allclose(fitted[:, 2], ends[:, 2])
+    points = np.array([fitted[0], *(stop.place for stop in stops), fitted[1]])
+    route = float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    assert 0.45 * 0.99 < route < 0.45
+    for before, after in zip(
+        tail_directions(stops, ends), tail_directions(stops, fitted), strict=True
+    ):
+        np.testing.assert_allclose(before, after, atol=1e-12)
+    shares = np.linalg.norm((fitted - points[[1, -2]])[:, :2], axis=1)
+    shares /= np.linalg.norm((ends - points[[1, -2]])[:, :2], axis=1)
+    assert shares[0] == pytest.approx(shares[1])
 
 
 def test_slack_lies_in_both_tails():

@@ -351,7 +351,7 @@ def test_a_cable_yields_as_its_data_sheet_says() -> None:
         ('"middle", "right', '"gone", "right', "goal: the route names 'gone', which is no clip"),
         ('"left of near"', '"left of gone"', "goal: the route names the peg 'gone'"),
         ('"left of near"', '"left of low"', "goal: 'low' is a clip"),
-        ("length = 0.67", "length = 0.64", "the cable 0.6400 m"),
+        ("[0.20, 0.04, 0.0]", "[0.20, 0.40, 0.0]", "the cable 0.6700 m"),
         ('name = "near"', 'name = "low-left"', "two obstacles have the name 'low-left'"),
         ("[goal]\n", "[goal]\nends_only = true\n", "route and ends_only exclude each other"),
         ("opening = 0.009\nheight = 0.022", "opening = 0.009\nheight = 0.002", "leg_radius"),

@@ -18,6 +18,9 @@ BENCHES: dict[str, Bench] = {
     "robustness": Bench(
         "benchmarks.robustness.bench", "runs with hidden ropes, grips and simulators"
     ),
+    "robustness boards": Bench(
+        "benchmarks.robustness.boards", "a cable laid on boards whose clips are moved"
+    ),
     "narrow": Bench("benchmarks.narrow.bench", "paths through posts, beams, windows and corridors"),
     "narrow ablation": Bench(
         "benchmarks.narrow.ablation", "plans without each part of the planner in turn"

@@ -191,7 +191,7 @@ class UrdfKinematics:
             joints,
             self._frame,
             pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED,
-        )
+        ).reshape(6, -1)
 
     def grip_jacobian(self, joints: Joints) -> Float64[np.ndarray, "6 j"]:
         """Return the Jacobian of the grip's twist in the world, linear over angular [m/rad, -]."""
@@ -238,6 +238,8 @@ class UrdfKinematics:
             if reached and posture is None:
                 return joints
             J = pinocchio.computeFrameJacobian(self._model, self._data, joints, self._frame)
+            # Of an arm of one joint it is a vector.
+            J = J.reshape(6, -1)
             step = np.linalg.solve(J.T @ J + damping, J.T @ error)
             if posture is not None:
                 to_posture = posture - joints

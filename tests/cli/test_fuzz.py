@@ -259,7 +259,12 @@ def robots(text: str) -> st.SearchStrategy[str]:
     return st.builds(change, places, st.sampled_from([*values, "continuous", "prismatic", None]))
 
 
+# An arm of one joint: the last hangs at the base.
+ONE_JOINT = CR5_URDF.read_text().replace('<parent link="link_5"', '<parent link="base_link"')
+
+
 @fuzz
+@example(ONE_JOINT)
 @given(robots(CR5_URDF.read_text()))
 def test_robots_are_refused_alike(call: Call, tmp_path: Path, urdf: str) -> None:
     (tmp_path / "a.urdf").write_text(urdf)

@@ -276,7 +276,8 @@ def test_all_who_ask_for_a_hold_at_a_time_are_answered_by_one(bench: Bench):
     # A state names the newest command alone.
     bench.deliver(topics.ARM_STATE, ArmStates(last_command=hold.id))
     bench.until(lambda: all(each.replies for each in asked))
-    assert all(each.take().success for each in asked)
+    answers = [each.take() for each in asked]
+    assert all(answer is not None and answer.success for answer in answers)
 
 
 def test_without_permission_nothing_is_taken():

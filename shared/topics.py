@@ -216,13 +216,14 @@ RUN_RESULT = Topic(
     "latest",
     tolerance={"error": 1e-6, "max_node_error": 1e-6, "min_clearance": 1e-6, "duration": 1e-6},
 )
-# The head of a file names version and commit, and compression depends on the library's version.
+# The head of a file names version and commit, compression depends on the library's version, and the
+# rest waits for a flush.
 RUN_RECORD = Topic(
     "run/record",
     RecordState,
     "recorder",
     "latest",
-    tolerance={"bytes": 16384, "recordings_size": math.inf, "free_space": math.inf},
+    tolerance={"bytes": 131072, "recordings_size": math.inf, "free_space": math.inf},
 )
 RUN_LIST = Topic("run/list", RunList, "recorder", "latest", recorded=False)
 RUN_LIST_REQUEST = Topic("run/list_request", RunListRequest, "dashboard", "every")

@@ -92,11 +92,10 @@ def service(name: str) -> Iterator[Target]:
     ends = {side: replace(cell.end(side), arm_automatically=False) for side in SIDES}
     cell = replace(cell, ends=replace(cell.ends, **ends))
     with ExitStack() as cleanup:
-        pages = None
+        address = ""
         if name == "dashboard":
             member = build_dashboard(cell, "dashboard-0", DashboardOptions(port=free_port()))
-            pages = OpenPages(member.address, 1)
-            cleanup.callback(pages.close)
+            address = member.address
         else:
             member = services.build(name, cell, f"{name}-0")
         # A fault behind the door is one that the door hides.
@@ -104,6 +103,9 @@ def service(name: str) -> Iterator[Target]:
             door.strict = True
         cleanup.callback(getattr(member, "close", lambda: None))
         member.warm_up()
+        pages = OpenPages(address, 1) if address else None
+        if pages:
+            cleanup.callback(pages.close)
         step = _Stepping(member, ordinary_run(SCENARIO))
 
         def give(messages: Messages) -> int:

@@ -229,8 +229,14 @@ def test_a_damaged_chunk_is_skipped(tmp_path: Path, scenario):
     writer = Writer(path, scenario, SECOND)
     write(writer, 900)
     writer.close()
-    content = bytearray(path.read_bytes())
-    middle = len(content) // 2
+    with path.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    chunk = summary.chunk_indexes[len(summary.chunk_indexes) // 2]
+    content, middle = (
+        bytearray(path.read_bytes()),
+        chunk.chunk_start_offset + chunk.chunk_length // 2,
+    )
     content[middle : middle + 8] = b"\x55" * 8
     path.write_bytes(bytes(content))
     recording = Recording(path)

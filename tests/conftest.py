@@ -1,4 +1,4 @@
-"""Option of the browser tests, and a shortcut past test files whose tests `-m` leaves out.
+"""Option of the browser tests, environment, and a shortcut past files whose tests `-m` leaves out.
 
 Tests with deadlines of the real system are marked `live` and run one after the other. All others
 run in parallel; of pages in browsers, one by one.
@@ -6,10 +6,18 @@ run in parallel; of pages in browsers, one by one.
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 from pathlib import Path
 
 import pytest
+
+from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
+
+assert "numpy" not in sys.modules, "libraries read their environment when they load"
+# A thread per core in each library takes twice the processor time, and parallel tests wait for it.
+os.environ.update(LIBRARY_ENVIRONMENT)
 
 LIVE_FILE = re.compile(r"^pytestmark = \[?\s*pytest\.mark\.live\b", re.M)
 """Statement that marks all tests of a file."""

@@ -17,7 +17,7 @@ class HalfSpace(BodyShape):
     fields = ()
 
     def distance(self, sizes: Sizes, points: Points) -> Distances:
-        return np.sum(points * sizes, axis=-1)
+        return np.vecdot(points, sizes)
 
     def gradient(self, sizes: Sizes, points: Float64[np.ndarray, "p 3"]) -> Points:
         return np.broadcast_to(sizes, points.shape)

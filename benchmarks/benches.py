@@ -31,7 +31,7 @@ BENCHES: dict[str, Bench] = {
     "physics": Bench("benchmarks.physics.bench", "the rod against the continuum and closed forms"),
     "physics cables": Bench("benchmarks.physics.cables", "stiffness of real cables"),
     "physics twins": Bench("benchmarks.physics.twins", "stated intervals of identified twins"),
-    "rod": Bench("benchmarks.rod.bench", "the rod's gradients, speed and robustness"),
+    "rod": Bench("benchmarks.rod.bench", "the rod's speed and robustness"),
     "compare": Bench("benchmarks.compare.bench", "solvers side by side: error over time"),
     "perception": Bench("benchmarks.perception.bench", "accuracy of the perceived rope"),
     "perception following": Bench(
@@ -55,7 +55,7 @@ BENCHES: dict[str, Bench] = {
     ),
     "speed live": Bench("benchmarks.speed.live", "steps of the live stack, from a recording"),
     "speed start": Bench("benchmarks.speed.start", "each process until the stack is ready"),
-    "speed page": Bench("benchmarks.speed.page", "the dashboard's process while a run is played"),
+    "speed page": Bench("benchmarks.speed.page", "the load of the dashboard's process"),
     "speed endurance": Bench("benchmarks.speed.endurance", "hours: memory, files, steps"),
 }
 """Benches by name, and their parts by name and part."""

@@ -118,6 +118,18 @@ class Operator:
 
         self.wait_until(reached, seconds, "the goal is not reached", goes_on=True)
 
+    def run_and_reset(self, seconds: float) -> str:
+        """Run to the goal and return to the start; return why the goal was not reached in time."""
+        failure = ""
+        self.states.clear()
+        try:
+            self.run_to_goal(seconds)
+        except DeadlineMissed as missed:
+            failure = str(missed)
+        with suppress(RequestFailed, DeadlineMissed):
+            self.reset()
+        return failure
+
     def reset(self) -> None:
         """Reset the run, and wait until the cell is idle.
 

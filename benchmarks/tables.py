@@ -7,10 +7,11 @@ import json as encoder
 import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, is_dataclass
+from dataclasses import asdict, dataclass, is_dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, TypeVar
 
+import tyro
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -19,6 +20,10 @@ from lariat.configuration import ConfigurationError
 
 REPORT_WIDTH = 200
 """Width of a table that no terminal shows [characters]."""
+Row = Mapping[str, Any]
+Options = TypeVar("Options")
+Flat = Annotated[Options, tyro.conf.arg(name="")]
+"""Parameter of a bench whose fields are options of their own, without a prefix."""
 
 
 class Result(NamedTuple):
@@ -27,9 +32,26 @@ class Result(NamedTuple):
     name: str
     """Name in JSON, of the CSV file, and above the table."""
     rows: Sequence[Any]
-    """Dataclasses, whose specification `spec` is spread out, or dictionaries."""
+    """Dictionaries or dataclasses; a specification `spec` in them is spread out."""
     conditions: str = ""
     """Text below the table: plant, sensing, adaptation, meaning of columns."""
+
+
+@dataclass(frozen=True)
+class PrintOptions:
+    """Options of every bench: how results are given."""
+
+    json: bool = False
+    """Print one JSON object instead of tables."""
+    output: Path | None = None
+    """Folder for the tables as CSV."""
+
+    def publish(self, *results: Result, details: Sequence[Result] = ()) -> None:
+        """Print tables as these options say; `details` are for JSON and CSV alone."""
+        publish(results, self.json, self.output, details)
+
+
+PRINT_DEFAULTS = PrintOptions()
 
 
 def publish(
@@ -49,8 +71,7 @@ def publish(
     Raises:
         ConfigurationError: The folder cannot be written.
     """
-    everything = {result.name: [_plain(row) for row in result.rows] for result in results}
-    everything |= {result.name: [_plain(row) for row in result.rows] for result in details}
+    everything = {r.name: [_plain(row) for row in r.rows] for r in (*results, *details)}
     if output:
         for name, rows in everything.items():
             _write_csv(output / f"{name}.csv", rows)
@@ -67,7 +88,7 @@ def report(rows: Sequence[Any], conditions: str = "", *, title: str = "", json: 
     publish([Result("rows" if json else title, rows, conditions)], json)
 
 
-def _table(result: Result, rows: Sequence[Mapping[str, Any]]) -> Table:
+def _table(result: Result, rows: Sequence[Row]) -> Table:
     table = Table(title=escape(result.name), caption=escape(result.conditions))
     columns = _columns(rows)
     for column in columns:
@@ -79,14 +100,19 @@ def _table(result: Result, rows: Sequence[Mapping[str, Any]]) -> Table:
     return table
 
 
-def _columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def _columns(rows: Sequence[Row]) -> list[str]:
     return list(dict.fromkeys(key for row in rows for key in row))
 
 
 def _plain(row: Any) -> dict[str, Any]:
     """Row as JSON holds it: specification spread out, None for what is not finite."""
-    fields: Any = asdict(row) if is_dataclass(row) and not isinstance(row, type) else dict(row)
-    return _finite({**fields.pop("spec", {}), **fields})
+    fields = _fields(row)
+    return _finite({**_fields(fields.pop("spec", {})), **fields})
+
+
+def _fields(row: Any) -> dict[str, Any]:
+    fields: Any = asdict(row) if is_dataclass(row) and not isinstance(row, type) else row
+    return dict(fields)
 
 
 def _finite(value: Any) -> Any:
@@ -111,7 +137,7 @@ def _cell(value: object) -> str:
     return str(value)
 
 
-def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+def _write_csv(path: Path, rows: Sequence[Row]) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("w", newline="") as stream:

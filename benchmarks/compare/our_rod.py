@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float64
@@ -22,42 +23,29 @@ from lariat.rod import Rod, RolloutSpec
 from lariat.rod.integration_schemes import Scheme
 
 NAMES: dict[Scheme, str] = {"euler": "Lariat, 1st order", "sdirk2": "Lariat, 2nd order"}
-PAPER = "paper's XPBD"
-"""Names of the solvers."""
 SUBSTEPS = (1, 2, 5, 10, 20)
 """Sub-steps of an action of 10 ms."""
 SWEEPS = ((1, 20), (5, 4), (1, 100), (5, 20), (20, 5), (20, 20))
-"""Sub-steps of an action, and sweeps over the constraints in each."""
+"""Sub-steps of an action, and sweeps over the constraints in each, of the paper's solver."""
 
 
-def contenders(node_counts: tuple[int, ...] = (10, 20, 40, 80, 160)) -> Iterator[Contender]:
-    """Yield the rod with both schemes."""
-    for scheme, name in NAMES.items():
-        for n in node_counts:
+def contenders() -> Iterator[Contender]:
+    """Yield the rod with both schemes, and the solver of the paper."""
+    for scheme in NAMES:
+        for n in (10, 20, 40, 80, 160):
             for substeps in SUBSTEPS:
-                yield rod(scheme, n, substeps, name)
-
-
-def rod(scheme: Scheme, n: int, substeps: int, name: str) -> Contender:
-    """Return the rod with one setting."""
-    return Contender(name, n, _steps(substeps), lambda moves: _RodRun(scheme, n, substeps, moves))
-
-
-def paper_contenders(node_counts: tuple[int, ...] = (20, 40, 80)) -> Iterator[Contender]:
-    """Yield the solver of the paper."""
-    for n in node_counts:
+                yield rod(scheme, n, substeps)
+    for n in (20, 40, 80):
         for substeps, sweeps in SWEEPS:
-            yield paper_rod(n, substeps, sweeps)
+            setting = f"{1e3 * ACTION_DURATION / substeps:g} ms, {sweeps} sweeps"
+            start = partial(_PaperRun, n, substeps, sweeps)
+            yield Contender("paper's XPBD", n, setting, start)
 
 
-def paper_rod(n: int, substeps: int, sweeps: int) -> Contender:
-    """Return the solver of the paper with one setting."""
-    setting = f"{_steps(substeps)}, {sweeps} sweeps"
-    return Contender(PAPER, n, setting, lambda moves: _PaperRun(n, substeps, sweeps, moves))
-
-
-def _steps(substeps: int) -> str:
-    return f"{1e3 * ACTION_DURATION / substeps:g} ms"
+def rod(scheme: Scheme, n: int, substeps: int) -> Contender:
+    """Return the rod with one setting."""
+    setting = f"{1e3 * ACTION_DURATION / substeps:g} ms"
+    return Contender(NAMES[scheme], n, setting, partial(_RodRun, scheme, n, substeps))
 
 
 class _RodRun:

@@ -7,21 +7,42 @@ Every goal is a rest shape of the true rope. Rope, cylinders and limits are thos
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
-from benchmarks.campaign import Campaign, Workers
-from benchmarks.goals.trial import BASE_SCENARIO, Trial, TrialSpec, restore, run_trial, summary
-from benchmarks.tables import Result, publish
-from environments.scenes import Kind
+import numpy as np
+
+from benchmarks.campaign import CAMPAIGN_DEFAULTS, CampaignOptions, Trial, groups
+from benchmarks.conditions import Conditions
+from benchmarks.goals.motion_metrics import MotionMetrics
+from benchmarks.tables import Flat, Result
+from environments.scenes import Kind, sample_scene
 from lariat.configuration import ConfigurationError
 from lariat.scenario import load
 from lariat.scenario.settings import load_with
+from shared.messages import FAILED
+from stack.simulation import closed_loop
 
-NO_PLANNER = "none"
-"""Value of `--planner` with which no path is planned."""
+BASE_SCENARIO = Path("three-cylinders")
+"""Scenario of rope, cylinders and limits."""
+PLANNING_STEP_MS = 20.0
+"""Duration of the planner's step above which it counts as a planning [ms]."""
+
+
+@dataclass(frozen=True)
+class GoalSpec:
+    """Scene by its kind, number and seed, and the setting under comparison."""
+
+    kind: Kind
+    number: int
+    seed: int
+    settings: tuple[str, ...] = ()
+    """Changes of the base scenario, as of `lariat run --set`."""
+    variant: str = ""
+    """Setting under comparison, in words."""
 
 
 def run(
@@ -41,10 +62,7 @@ def run(
     sensing: Literal["truth", "camera"] = "truth",
     adapt: tuple[bool, ...] = (False,),
     time_limit: float = 8.0,
-    results: Path | None = None,
-    workers: Workers = 1,
-    json: bool = False,
-    output: Path | None = None,
+    options: Flat[CampaignOptions] = CAMPAIGN_DEFAULTS,
 ) -> int:
     """Run random scenes in closed loop and print error, clearance, time and success.
 
@@ -76,11 +94,6 @@ def run(
         sensing: Source of the perceived rope.
         adapt: Whether the controller adapts the rope's parameters.
         time_limit: Duration of each run [s].
-        results: File of finished trials, one JSON object a line; trials that it holds are not run
-            again.
-        workers: Number of processes, or the address of a Dask scheduler.
-        json: Print one JSON object instead of a table: `trials`, and the `summary`.
-        output: Folder for the same as CSV.
 
     Returns:
         0 if all trials succeeded, else 1.
@@ -93,13 +106,7 @@ def run(
             f"--perception {' '.join(perception)} needs images; add --sensing camera"
         )
     base = load(BASE_SCENARIO)
-    common = (
-        f"rope.youngs_modulus={youngs_modulus!r}",
-        f"sensing.source={sensing}",
-        f"sensing.node_noise={1e-3 * noise!r}",
-        f"run.time_limit={time_limit!r}",
-    )
-    options = {
+    choices = {
         "scene": scene,
         "method": method,
         "planner": planner,
@@ -111,54 +118,105 @@ def run(
         "adapt": adapt,
     }
     specs = []
-    for values in product(*options.values()):
+    for values in product(*choices.values()):
         kind, controls, plans, estimates, perceives, model, factor, latency_ms, adapts = values
-        path_planner = base.control.path_planner if plans == NO_PLANNER else plans
+        path_planner = base.control.path_planner if plans == "none" else plans
         settings = (
-            *common,
+            f"rope.youngs_modulus={youngs_modulus!r}",
+            f"sensing.source={sensing}",
+            f"sensing.node_noise={1e-3 * noise!r}",
+            f"run.time_limit={time_limit!r}",
             f"plant.model={model}",
             f"plant.rope.youngs_modulus={youngs_modulus * factor!r}",
             f"sensing.method={perceives}",
             f"sensing.latency={1e-3 * latency_ms!r}",
             f"control.method={controls}",
-            f"control.planner={str(plans != NO_PLANNER).lower()}",
+            f"control.planner={str(plans != 'none').lower()}",
             f"control.path_planner={path_planner}",
             f"control.state_estimator={estimates}",
             f"control.adapt={str(adapts).lower()}",
         )
         # Refuses unknown methods and values out of bounds before anything runs.
         load_with(BASE_SCENARIO, settings)
-        compared = zip(options.items(), values, strict=True)
         variant = ", ".join(
-            f"{k} {v}" if k in ("stiffness x", "latency", "adapt") else f"{v}"
-            for (k, choices), v in compared
-            if len(choices) > 1
+            f"{name} {value}" if name in ("stiffness x", "latency", "adapt") else f"{value}"
+            for (name, several), value in zip(choices.items(), values, strict=True)
+            if len(several) > 1
         )
-        variant = variant or kind
-        specs += [TrialSpec(kind, k, seed, settings, variant) for k in range(first, first + count)]
-    trials = Campaign(run_trial, restore, _line).trials(specs, results, workers)
-    groups = {spec.variant: [t for t in trials if t.spec.variant == spec.variant] for spec in specs}
+        specs += [
+            GoalSpec(kind, number, seed, settings, variant or kind)
+            for number in range(first, first + count)
+        ]
+    trials = options.trials(run_trial, specs)
     columns = {
-        name: {**asdict(group[0].conditions), **summary(group)}
-        for name, group in groups.items()
-        if group
+        name: {**group[0]["conditions"], **summary(group)}
+        for (name,), group in groups(trials, "variant").items()
     }
     rows: list[dict[str, Any]] = [
         {"measure": measure, **{name: column[measure] for name, column in columns.items()}}
         for measure in (next(iter(columns.values())) if columns else ())
     ]
     meaning = "error: mean node distance of true rope and goal, last 0.2 s of a run"
-    details = [{**asdict(t), "succeeded": t.succeeded} for t in trials]
-    publish([Result("summary", rows, meaning)], json, output, [Result("trials", details)])
-    return 0 if trials and all(t.succeeded for t in trials) else 1
+    options.publish(Result("summary", rows, meaning), details=[Result("trials", trials)])
+    return 0 if trials and all(t["succeeded"] for t in trials) else 1
 
 
-def _line(trial: Trial) -> str:
-    score = trial.score
-    verdict = "succeeded" if trial.succeeded else "failed"
-    return (
-        f"{trial.spec.kind}-{trial.spec.number} ({trial.spec.variant}) {verdict}: "
-        f"error {score.final_error_mm} mm, "
-        f"clearance {score.min_clearance_mm} mm, contact {score.contact_time_s} s, "
-        f"replans {score.replans}; {trial.reason}"
-    )
+def run_trial(spec: GoalSpec) -> Trial:
+    """Sample the scene and run it.
+
+    It succeeds where nothing is touched and the goal is reached, or given up where it is blocked.
+    """
+    base = load_with(BASE_SCENARIO, spec.settings)
+    scenario = sample_scene(spec.kind, spec.number, spec.seed, base)
+    metrics = MotionMetrics(scenario)
+    outcome = closed_loop.run(scenario, taps=(metrics,))
+    gave_up = metrics.task is not None and metrics.task.state == FAILED
+    ended = gave_up if spec.kind == "blocked" else outcome.score.reached
+    return {
+        "conditions": asdict(Conditions.of(scenario)),
+        "score": asdict(outcome.score),
+        "reason": outcome.reason,
+        "gave_up": gave_up,
+        "plan_s": [ms / 1e3 for ms in outcome.stack.step_ms("planner") if ms > PLANNING_STEP_MS],
+        "speed": metrics.speed,
+        "acceleration": metrics.acceleration,
+        "grip_distance": metrics.grip_distance,
+        "gripper_clearance_mm": 1e3 * metrics.gripper_clearance,
+        "longest_stop": metrics.longest_stop,
+        "ends": [nodes.tolist() for nodes in metrics.ends],
+        "succeeded": ended and outcome.score.contact_time_s == 0.0,
+    }
+
+
+def summary(trials: Sequence[Trial]) -> dict[str, float]:
+    """Return statistics of several trials; the error of a rope that never moved is infinite."""
+
+    def of(name: str) -> list[float]:
+        values = [t["score"].get(name, t.get(name)) for t in trials]
+        return [value for value in values if value is not None]
+
+    errors = [np.inf if (e := t["score"]["final_error_mm"]) is None else e for t in trials]
+    plans = [s for t in trials for s in t["plan_s"]] or [np.nan]
+    figures = {
+        "trials": len(trials),
+        "succeeded": sum(t["succeeded"] for t in trials),
+        **{f"error below {bound} mm": sum(e < bound for e in errors) for bound in (1, 3, 5)},
+        "touched": sum(seconds > 0.0 for seconds in of("contact_time_s")),
+        "median error [mm]": np.median(errors),
+        "largest error [mm]": np.max(errors),
+        "least clearance [mm]": min(of("min_clearance_mm"), default=np.nan),
+        "least gripper clearance [mm]": min(of("gripper_clearance_mm")),
+        "largest length error [mm]": max(of("length_error_mm")),
+        "median time to goal [s]": np.median(of("reached_s") or [np.nan]),
+        "largest speed [of limit]": max(of("speed")),
+        "largest acceleration [of limit]": max(of("acceleration")),
+        "largest grip distance [of length]": max(of("grip_distance")),
+        "longest stop on the way [s]": max(of("longest_stop")),
+        "median horizon error [mm]": np.median(of("horizon_error_mm") or [np.nan]),
+        "median planning time [s]": np.median(plans),
+        "longest planning time [s]": np.max(plans),
+        "controller step p50 [ms]": np.median([t["score"]["plan_ms"]["p50"] for t in trials]),
+        "controller step p99 [ms]": np.median([t["score"]["plan_ms"]["p99"] for t in trials]),
+        "replans": sum(of("replans")),
+    }
+    return {name: round(float(value), 4) for name, value in figures.items()}

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 
-from benchmarks.campaign import Campaign, Workers, success_interval
+from benchmarks.campaign import (
+    CAMPAIGN_DEFAULTS,
+    CampaignOptions,
+    Trial,
+    groups,
+    success_interval,
+)
 from benchmarks.narrow.scenes import FAMILIES, GAPS, Family, PlantModel
 from benchmarks.narrow.trial import (
     MAX_SHAPE_ERROR,
     MAX_TIP_ANGLE,
     MAX_TIP_ERROR,
     WaySpec,
-    WayTrial,
     run_trial,
 )
-from benchmarks.tables import Result, publish
+from benchmarks.tables import Flat, Result
 
 
 def run(
@@ -29,10 +33,7 @@ def run(
     seed: int = 0,
     stiffness_error: tuple[float, ...] = (1.5, 1 / 1.5),
     plant: tuple[PlantModel, ...] = ("rod", "mujoco"),
-    results: Path | None = None,
-    workers: Workers = 1,
-    json: bool = False,
-    output: Path | None = None,
+    options: Flat[CampaignOptions] = CAMPAIGN_DEFAULTS,
 ) -> int:
     """Run seeded scenes with a hidden way in closed loop, with a finer plant than the model.
 
@@ -52,11 +53,6 @@ def run(
         seed: Seed of the scenes.
         stiffness_error: True stiffnesses relative to the controller's belief [-].
         plant: Simulators of the true rope.
-        results: File of finished trials, one JSON object a line; trials that it holds are not run
-            again.
-        workers: Number of processes, or the address of a Dask scheduler.
-        json: Print one JSON object instead of a table: `trials`, and the `summary`.
-        output: Folder for the same as CSV.
 
     Returns:
         0 if all trials succeeded, else 1.
@@ -69,52 +65,41 @@ def run(
         )
         for model, error in [hidden[(order + order // len(hidden)) % len(hidden)]]
     ]
-    trials = Campaign(run_trial, WayTrial, _line).trials(specs, results, workers)
-    groups = sorted({(t.spec.family, t.spec.gap) for t in trials})
-    rows = [
-        summary(*group, [t for t in trials if (t.spec.family, t.spec.gap) == group])
-        for group in groups
-    ]
+    trials = options.trials(run_trial, specs)
+    by_scene = groups(trials, "family", "gap")
+    rows = [_summary(*key, by_scene[key]) for key in sorted(by_scene)]
     if trials:
-        rows.append(summary("all", None, trials))
+        rows.append(_summary("all", None, trials))
     conditions = (
         f"reached: tips within {MAX_TIP_ERROR:g} mm and {MAX_TIP_ANGLE:g} rad, shape within "
         f"{MAX_SHAPE_ERROR:g} mm, nothing touched; plant finer than the model; true nodes, "
         "adapting; errors of those that reached, median and worst; plan: processor time"
     )
-    details = [Result("trials", trials)]
-    publish([Result("summary", rows, conditions)], json, output, details)
-    return 0 if trials and all(trial.reached for trial in trials) else 1
+    options.publish(Result("summary", rows, conditions), details=[Result("trials", trials)])
+    return 0 if trials and all(trial["reached"] for trial in trials) else 1
 
 
-def _line(trial: WayTrial) -> str:
-    spec = trial.spec
-    plans = " + ".join(f"{s:.1f}" for s in trial.plan_cpu_s)
-    return (
-        f"{spec.family}-{spec.number}, {spec.gap:g} diameters, {spec.plant}, stiffness x "
-        f"{spec.stiffness_error:.2f}: {'reached' if trial.reached else 'missed'}, tips "
-        f"{trial.tip_error_mm:.1f} mm, {trial.tip_angle:.3f} rad, shape {trial.shape_error_mm:.2f} "
-        f"mm off; {trial.min_clearance_mm:.1f} mm clear; plans {plans} s of processor time; "
-        f"{trial.run_s:.1f} s, {trial.reason}"
-    )
-
-
-def summary(family: str, gap: float | None, trials: Sequence[WayTrial]) -> dict[str, object]:
+def _summary(family: str, gap: float | None, trials: Sequence[Trial]) -> dict[str, object]:
     """Return the row of some trials."""
-    good = [t for t in trials if t.reached]
-    plans = [s for t in trials for s in t.plan_cpu_s] or [np.nan]
-    tips, shapes = [t.tip_error_mm for t in good], [t.shape_error_mm for t in good]
+    good = [t for t in trials if t["reached"]]
+    plans = [s for t in trials for s in t["plan_cpu_s"]] or [np.nan]
+    clearances = [t["min_clearance_mm"] for t in trials]
+
+    def median_and_worst(name: str) -> list[float] | None:
+        values = [t[name] for t in good]
+        return [float(np.median(values)), max(values)] if values else None
+
     return {
         "family": family,
         "gap_diameters": gap,
         "trials": len(trials),
         "reached": len(good),
         "rate_95": list(success_interval(len(good), len(trials))),
-        "gave_up": sum(t.gave_up for t in trials),
-        "touched": sum(t.min_clearance_mm <= 0.0 for t in trials),
-        "min_clearance_mm": min(t.min_clearance_mm for t in trials),
-        "tip_error_mm": [float(np.median(tips)), max(tips)] if good else None,
-        "shape_error_mm": [float(np.median(shapes)), max(shapes)] if good else None,
+        "gave_up": sum(t["gave_up"] for t in trials),
+        "touched": sum(clearance <= 0.0 for clearance in clearances),
+        "min_clearance_mm": min(clearances),
+        "tip_error_mm": median_and_worst("tip_error_mm"),
+        "shape_error_mm": median_and_worst("shape_error_mm"),
         "plan_p50_s": float(np.quantile(plans, 0.5)),
         "plan_p90_s": float(np.quantile(plans, 0.9)),
     }

@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
 
+from benchmarks.campaign import Trial
 from benchmarks.narrow.scenes import Family, PlantModel, sample_scene
 from lariat.geometry import polylines, poses
 from lariat.geometry.swept_clearance import swept_clearance
@@ -20,7 +20,7 @@ from services.planner.service import PlannerService
 from services.sim.service import SimService
 from shared import topics
 from shared.messages import FAILED
-from shared.runtime.service import Inbox, Publication
+from shared.runtime.service import Inbox, Publication, Service
 from stack import services
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import session_id
@@ -37,49 +37,18 @@ MIN_PLAN_TIME = 0.02
 
 @dataclass(frozen=True)
 class WaySpec:
-    """Trial to run."""
+    """Scene by family, width of the opening [rope diameters], number and seed, and its plant."""
 
     family: Family
     gap: float
-    """Width of the opening in rope diameters [-]."""
     number: int
     seed: int
     stiffness_error: float
     """True stiffness relative to the belief [-]."""
     plant: PlantModel
-    """Simulator of the true rope."""
 
 
-@dataclass(frozen=True)
-class WayTrial:
-    """Finished trial."""
-
-    spec: WaySpec
-    reached: bool
-    """Whether tips and shape are at the goal and nothing was touched."""
-    gave_up: bool
-    """Whether the controller gave up."""
-    plan_cpu_s: list[float]
-    """Processor time of each plan [s]."""
-    min_clearance_mm: float
-    """Least clearance of the true rope in the run, between its states too."""
-    hidden_clearance_mm: float
-    """Least clearance of the plant along the hidden way."""
-    tip_error_mm: float
-    """Mean distance of the true rope's end nodes from the goal's."""
-    tip_angle: float
-    """Mean angle between the true rope's outermost edges and the goal's [rad]."""
-    shape_error_mm: float
-    """Mean node distance of the true rope from the goal."""
-    run_s: float
-    """Simulated duration of the run [s]."""
-    replans: int
-    """Number of further paths that the controller requested."""
-    reason: str
-    """Why the run ended."""
-
-
-def run_trial(spec: WaySpec) -> WayTrial:
+def run_trial(spec: WaySpec) -> Trial:
     """Sample a scene and run it in closed loop.
 
     Raises:
@@ -90,28 +59,31 @@ def run_trial(spec: WaySpec) -> WayTrial:
     )
     scenario = scene.scenario
     world, planner = MeasuredWorld(scenario), TimedPlanner(scenario)
-    measuring: dict[str, Any] = {"sim": SimService(scenario, world), "planner": planner}
-    members = tuple(
-        measuring.get(name) or services.build(name, scenario, session_id(name))
-        for name in services.NAMES
-    )
+    members = members_with(scenario, sim=SimService(scenario, world), planner=planner)
     outcome = closed_loop.run(scenario, stop_after=TIME_AFTER_GOAL, members=members)
     tip_error, tip_angle = tip_errors(world.nodes, scene.goal_nodes)
     shape_error = polylines.mean_node_distance(world.nodes, scene.goal_nodes)
     task = outcome.stack.latest(topics.TASK_STATE)
-    return WayTrial(
-        spec,
-        reached=at_goal(tip_error, tip_angle, shape_error) and world.clearance > 0.0,
-        gave_up=task is not None and task.state == FAILED,
-        plan_cpu_s=planner.plan_cpu_s,
-        min_clearance_mm=1e3 * world.clearance,
-        hidden_clearance_mm=1e3 * scene.hidden_clearance,
-        tip_error_mm=1e3 * tip_error,
-        tip_angle=tip_angle,
-        shape_error_mm=1e3 * shape_error,
-        run_s=outcome.score.sim_s,
-        replans=outcome.score.replans,
-        reason=outcome.reason,
+    return {
+        "reached": at_goal(tip_error, tip_angle, shape_error) and world.clearance > 0.0,
+        "gave_up": task is not None and task.state == FAILED,
+        "plan_cpu_s": planner.plan_cpu_s,
+        "min_clearance_mm": 1e3 * world.clearance,
+        "hidden_clearance_mm": 1e3 * scene.hidden_clearance,
+        "tip_error_mm": 1e3 * tip_error,
+        "tip_angle": tip_angle,
+        "shape_error_mm": 1e3 * shape_error,
+        "run_s": outcome.score.sim_s,
+        "replans": outcome.score.replans,
+        "reason": outcome.reason,
+    }
+
+
+def members_with(scenario: Scenario, **measuring: Service) -> tuple[Service, ...]:
+    """Return the services of a cell, some of them replaced by name."""
+    return tuple(
+        measuring.get(name) or services.build(name, scenario, session_id(name))
+        for name in services.NAMES
     )
 
 

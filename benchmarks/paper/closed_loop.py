@@ -7,7 +7,8 @@ those of the controller: `PaperOptimizer` with its policies, or `GaussNewton`.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
@@ -27,26 +28,6 @@ FINAL_STEPS = 20
 """Number of steps over which the final error is averaged."""
 
 
-@dataclass(frozen=True)
-class ShapingRun:
-    """Result of one run to one goal."""
-
-    errors: Float64[np.ndarray, "T"]
-    """Mean node distance to the goal after every step [m]."""
-    clearance: float
-    """Least distance of the surfaces of rope and obstacles over the run [m]."""
-    length_error: float
-    """Largest deviation of the rope's length from its rest length [m]."""
-    horizon_times: Float64[np.ndarray, "h"]
-    """Processor time of planning each horizon [s]."""
-    adaptation_times: Float64[np.ndarray, "h"]
-    """Processor time of each adaptation [s]."""
-    prediction_errors: Float64[np.ndarray, "h"]
-    """Mean node distance of predicted and true rope at the end of each horizon [m]."""
-    parameters: dict[str, float]
-    """Adapted parameters at the end, by name."""
-
-
 def run_to_goal(
     method: HorizonOptimizer,
     model: Rod | XpbdRod,
@@ -55,7 +36,7 @@ def run_to_goal(
     avoidance: AvoidanceSpecification,
     steps: int,
     adaptation: PaperAdaptation | None = None,
-) -> ShapingRun:
+) -> dict[str, Any]:
     """Move the plant's rope from rest at the start towards a goal.
 
     If model and plant are the same rod, the model knows the whole state, as in the paper's
@@ -70,6 +51,13 @@ def run_to_goal(
         avoidance: Obstacles and the clearance to keep.
         steps: Number of steps T of 10 ms.
         adaptation: Adaptation of the model, which is the paper's rod then; none if None.
+
+    Returns:
+        `errors_mm`, mean node distances to the goal after every step; `clearance_mm`, least
+        distance of the surfaces of rope and obstacles; `length_error_mm`, largest deviation from
+        the rest length; `horizon_ms`, median and 99th percentile of planning a horizon;
+        `prediction_mm`, mean distance of predicted and true rope at the ends of the horizons of
+        the second half; `adaptation_ms`, median of the adaptations; `parameters`, the adapted ones.
     """
     obstacles = pack(avoidance.obstacles)
     everywhere = np.ones(model.node_count, dtype=bool)
@@ -106,15 +94,19 @@ def run_to_goal(
         if plant is not model:
             moved = (state.positions - before.positions) / (PAPER_TIME_STEP * len(actions))
             believed = replace(expected, positions=state.positions, velocities=moved)
-    return ShapingRun(
-        np.array(errors),
-        clearance,
-        max(lengths),
-        np.array(times),
-        np.array(adapting),
-        np.array(prediction_errors),
-        {n: getattr(adaptation.properties, n) for n in PARAMETERS} if adaptation else {},
-    )
+    p50, p99 = 1e3 * np.quantile(times, [0.5, 0.99])
+    second_half = prediction_errors[len(prediction_errors) // 2 :]
+    return {
+        "errors_mm": (1e3 * np.array(errors)).tolist(),
+        "clearance_mm": 1e3 * clearance,
+        "length_error_mm": 1e3 * max(lengths),
+        "horizon_ms": (float(p50), float(p99)),
+        "prediction_mm": 1e3 * float(np.mean(second_half)),
+        "adaptation_ms": 1e3 * float(np.median(adapting)) if adaptation else None,
+        "parameters": {n: getattr(adaptation.properties, n) for n in PARAMETERS}
+        if adaptation
+        else {},
+    }
 
 
 def horizon_problem(

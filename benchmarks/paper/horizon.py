@@ -9,16 +9,16 @@ camera, against a rope finer than the model.
 from __future__ import annotations
 
 import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Float64
 
-from benchmarks.campaign import Campaign
+from benchmarks.campaign import CAMPAIGN_DEFAULTS, Trial
 from benchmarks.conditions import Conditions
-from benchmarks.tables import Result, publish
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
 from lariat.control.mpc.horizon import HorizonProblem
 from lariat.controllers import horizon_optimizer
@@ -51,29 +51,13 @@ class ErrorSpec:
     model: PlantModel
 
 
-@dataclass(frozen=True)
-class HorizonErrors:
-    """Errors of the horizons of one run, while the rope moved."""
-
-    spec: ErrorSpec
-    plant: str
-    adapting: str
-    error_mm: float
-    """Root mean square node distance of the true rope from the ends of the horizons."""
-    noise_mm: float
-    """Root mean square node distance of the true rope from the perceived one."""
-    ratio: float
-    """Prediction error in units of the noise [-]."""
-
-
 def run(
     method: tuple[Method, ...] = ("gauss_newton", "actions", "network"),
     nodes: tuple[int, ...] = (40,),
     calls: int = 200,
     errors: tuple[str, ...] = ("three-cylinders", "markers", "rope", "cable"),
     plant: tuple[PlantModel, ...] = ("as shipped",),
-    json: bool = False,
-    output: Path | None = None,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Time the planning of one horizon [ms], and compare its prediction with the true rope [mm].
 
@@ -91,8 +75,6 @@ def run(
         calls: Number of timed horizons for each method and number of nodes.
         errors: Names of the shipped scenarios whose predictions are measured.
         plant: Simulators of the true rope for the errors.
-        json: Print one JSON object instead of tables.
-        output: Folder for the tables as CSV.
 
     Returns:
         0 if every prediction error is at most twice the noise, else 1.
@@ -102,14 +84,14 @@ def run(
         times = [_row(name, n, planning_times(name, n, calls)) for n in nodes for name in method]
         notes = "plant = model (Lariat's rod), state known, not adapting; the paper: 1700 ms, GPU"
         tables.append(Result("times", times, notes))
-    campaign = Campaign(horizon_errors, HorizonErrors, lambda e: f"{e.spec}: {e.ratio:.1f}")
-    measured = campaign.trials([ErrorSpec(name, model) for name in errors for model in plant])
+    specs = [ErrorSpec(name, model) for name in errors for model in plant]
+    measured = CAMPAIGN_DEFAULTS.trials(horizon_errors, specs)
     if errors:
         meaning = "rms distance of horizons' ends, and of perceived nodes, from the moving rope"
         tables.append(Result("errors", measured, meaning))
-    publish(tables, json, output)
-    good = [row.ratio <= MAX_NOISE_RATIO for row in measured]
-    return 0 if all(good) and len(good) == len(errors) * len(plant) else 1
+    options.publish(*tables)
+    good = [trial["ratio"] <= MAX_NOISE_RATIO for trial in measured]
+    return 0 if all(good) and len(good) == len(specs) else 1
 
 
 def _row(method: Method, nodes: int, times: Float64[np.ndarray, "c"]) -> dict[str, object]:
@@ -117,25 +99,29 @@ def _row(method: Method, nodes: int, times: Float64[np.ndarray, "c"]) -> dict[st
     return {"method": method, "nodes": nodes, "p50_ms": p50, "p99_ms": p99, "max_ms": longest}
 
 
-def horizon_errors(spec: ErrorSpec) -> HorizonErrors:
-    """Run a scenario with the camera and measure its horizons.
+def horizon_errors(spec: ErrorSpec) -> Trial:
+    """Run a scenario with the camera and measure its horizons while the rope moves.
+
+    `error_mm` is the root mean square node distance of the true rope from the ends of the horizons,
+    `noise_mm` that from the perceived rope.
 
     Raises:
         ValueError: The rope did not move.
     """
-    settings = ["sensing.source=camera"]
-    if spec.model != "as shipped":
-        settings.append(f"plant.model={spec.model}")
-    scenario = load_with(Path(spec.scenario), settings)
-    score = closed_loop.run(scenario).score
+    name = spec.scenario
+    model = [] if spec.model == "as shipped" else [f"plant.model={spec.model}"]
+    scenario = load_with(Path(name), ["sensing.source=camera", *model])
+    score, conditions = closed_loop.run(scenario).score, Conditions.of(scenario)
     error, noise = score.horizon_error_mm, score.sensing_error_mm
     if error is None or noise is None:
-        name = spec.scenario
         raise ValueError(f"the rope of {name} did not move; `lariat run {name}` says why")
-    conditions = asdict(Conditions.of(scenario))
-    return HorizonErrors(
-        spec, conditions["plant"], conditions["adapting"], error, noise, error / noise
-    )
+    return {
+        "plant": conditions.plant,
+        "adapting": conditions.adapting,
+        "error_mm": error,
+        "noise_mm": noise,
+        "ratio": error / noise,
+    }
 
 
 def planning_times(method: Method, count: int, calls: int) -> Float64[np.ndarray, "c"]:

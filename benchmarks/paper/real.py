@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.campaign import Campaign, Workers
+from benchmarks.campaign import CAMPAIGN_DEFAULTS, CampaignOptions, Trial, groups
 from benchmarks.conditions import Conditions
 from benchmarks.plots import figure_of, save
-from benchmarks.tables import Result, publish
+from benchmarks.tables import Flat, Result
 from lariat.scenario import Scenario, load
 from lariat.scenario.rod_properties import rod_properties
 from lariat.scenario.settings import load_with
@@ -26,8 +26,7 @@ from lariat.scenario.shipped import find
 from lariat.trajectory import SECOND
 from stack.simulation import closed_loop
 
-ROPES, GOALS = ("rope", "cable"), (1, 2, 3)
-"""Names of the scenarios, and numbers of the goals."""
+GOALS = (1, 2, 3)
 PAPER_ERRORS = {"rope": (18.0, 11.0, 9.0), "cable": (10.0, 11.0, 7.0)}
 """Final mean node errors of the paper's Table 3, by rope and goal [mm]."""
 MAX_MEAN_ERROR_MM = 3.0
@@ -46,35 +45,24 @@ class Experiment:
     """Believed stiffness relative to the true one [-]."""
     adapt: bool
     resolution: tuple[int, int] = (640, 480)
-    """Width and height of the camera's images [pixels]."""
     depth_noise: float = 0.0015
-    """Standard deviation of a depth pixel [m]."""
     time_limit: float = 15.0
-    """Duration of the run [s]."""
 
-
-@dataclass(frozen=True)
-class ExperimentRun:
-    """Finished run of an experiment."""
-
-    spec: Experiment
-    error_mm: float
-    """Final mean node error; infinite if the rope never moved."""
-    min_clearance_mm: float | None
-    reached_s: float | None
-    """Time until the rope was within tolerance for good [s]."""
-    contact_s: float
-    believed_stiffness: float
-    """EI that the controller believed at the start [N m^2]."""
-    found_stiffness: tuple[float, float]
-    """EI that it believed at the end, and its standard deviation [N m^2]."""
-    true_stiffness: float
-    """EI of the true rope, before its stiffness profile [N m^2]."""
-    plant: str
-    sensed: str
-    reason: str
-    curve: list[tuple[float, float]]
-    """Time since the start [s] and mean node error [mm]."""
+    @property
+    def scenario(self) -> Scenario:
+        """Scenario of the run."""
+        path = find(self.rope)
+        true = load(path).plant_rope.youngs_modulus
+        settings = (
+            f"name={self.rope}-{self.goal}",
+            f"goal.nodes=goals/{self.rope}-{self.goal}.csv",
+            f"rope.youngs_modulus={self.belief * true}",
+            f"control.adapt={str(self.adapt).lower()}",
+            f"sensing.resolution={list(self.resolution)}",
+            f"sensing.depth_noise={self.depth_noise}",
+            f"run.time_limit={self.time_limit}",
+        )
+        return load_with(path, settings)
 
 
 def run(
@@ -82,11 +70,8 @@ def run(
     resolution: tuple[int, int] = (640, 480),
     depth_noise: float = 0.0015,
     time_limit: float = 15.0,
-    results: Path | None = None,
-    workers: Workers = 1,
     plot: Path | None = None,
-    json: bool = False,
-    output: Path | None = None,
+    options: Flat[CampaignOptions] = CAMPAIGN_DEFAULTS,
 ) -> int:
     """Run rope and cable to three goals each, with and without adaptation.
 
@@ -102,152 +87,111 @@ def run(
         resolution: Width and height of the camera's images [pixels].
         depth_noise: Standard deviation of a depth pixel [m].
         time_limit: Duration of each run [s].
-        results: File of finished runs, one JSON object a line; runs that it holds are not run
-            again.
-        workers: Number of processes, or the address of a Dask scheduler.
         plot: File for the error over time, after Fig. 9 (right), a PNG.
-        json: Print one JSON object instead of the tables.
-        output: Folder for the tables as CSV.
 
     Returns:
         0 if, with adaptation, rope and cable each average at most 3 mm, and every run reaches its
         goal and touches nothing; else 1.
     """
-    camera = resolution, depth_noise, time_limit
     specs = [
-        Experiment(rope, goal, belief, adapt, *camera)
-        for rope, belief, goal, adapt in product(ROPES, beliefs, GOALS, (True, False))
+        Experiment(rope, goal, belief, adapt, resolution, depth_noise, time_limit)
+        for rope, belief, goal, adapt in product(PAPER_ERRORS, beliefs, GOALS, (True, False))
     ]
-    done = Campaign(run_experiment, ExperimentRun, _line).trials(specs, results, workers)
-    plants = "; ".join(sorted({f"{r.spec.rope}: {r.plant}" for r in done}, reverse=True))
+    done = options.trials(run_experiment, specs)
+    plants = "; ".join(sorted({f"{r['spec'].rope}: {r['plant']}" for r in done}, reverse=True))
     conditions = (
-        f"Plant: {plants}. Sensed: {done[0].sensed}. Arm: an emulated CR5. Error: mean node "
+        f"Plant: {plants}. Sensed: {done[0]['sensed']}. Arm: an emulated CR5. Error: mean node "
         "distance of true rope and goal, last 0.2 s of a run."
     )
-    tables = [
+    options.publish(
         Result("errors, after Table 3", table_3(done), conditions),
         Result("adapted stiffness, after Table 2", table_2(done)),
-    ]
-    publish(tables, json, output, [Result("runs", done)])
+        details=[Result("runs", done)],
+    )
     if plot is not None:
         _draw(done, plot)
-    adapting = [r for r in done if r.spec.adapt]
-    means = [np.mean([r.error_mm for r in adapting if r.spec.rope == rope]) for rope in ROPES]
-    reached = all(r.reached_s is not None and r.contact_s == 0.0 for r in adapting)
+    adapting = [r for r in done if r["spec"].adapt]
+    means = [np.mean([r["error_mm"] for r in runs]) for runs in groups(adapting, "rope").values()]
+    reached = all(r["reached_s"] is not None and r["contact_s"] == 0.0 for r in adapting)
     return 0 if reached and max(means) <= MAX_MEAN_ERROR_MM else 1
 
 
-def scenario_of(experiment: Experiment) -> Scenario:
-    """Return the scenario of an experiment."""
-    path = find(experiment.rope)
-    true = load(path).plant_rope.youngs_modulus
-    settings = (
-        f"name={experiment.rope}-{experiment.goal}",
-        f"goal.nodes=goals/{experiment.rope}-{experiment.goal}.csv",
-        f"rope.youngs_modulus={experiment.belief * true}",
-        f"control.adapt={str(experiment.adapt).lower()}",
-        f"sensing.resolution={list(experiment.resolution)}",
-        f"sensing.depth_noise={experiment.depth_noise}",
-        f"run.time_limit={experiment.time_limit}",
-    )
-    return load_with(path, settings)
-
-
-def run_experiment(experiment: Experiment) -> ExperimentRun:
-    """Run an experiment."""
-    scenario = scenario_of(experiment)
+def run_experiment(experiment: Experiment) -> Trial:
+    """Run an experiment; stiffnesses are EI [N m^2], the true one before its profile."""
+    scenario = experiment.scenario
     outcome = closed_loop.run(scenario, stop_after=TIME_AFTER_GOAL)
     score, scorer, conditions = outcome.score, outcome.scorer, Conditions.of(scenario)
-    error = score.final_error_mm
-    value, deviation = score.parameters.get("bending_stiffness", (np.nan, np.nan))
-    return ExperimentRun(
-        experiment,
-        error_mm=np.inf if error is None else error,
-        min_clearance_mm=score.min_clearance_mm,
-        reached_s=score.reached_s,
-        contact_s=score.contact_time_s,
-        believed_stiffness=rod_properties(scenario.rope).bending_stiffness,
-        found_stiffness=(value, deviation),
-        true_stiffness=rod_properties(scenario.plant_rope).bending_stiffness,
-        plant=conditions.plant,
-        sensed=conditions.sensed,
-        reason=outcome.reason,
-        curve=[((t - scorer.started) / SECOND, 1e3 * mean) for t, mean, _ in scorer.errors],
-    )
+    return {
+        "error_mm": np.inf if score.final_error_mm is None else score.final_error_mm,
+        "min_clearance_mm": score.min_clearance_mm,
+        "reached_s": score.reached_s,
+        "contact_s": score.contact_time_s,
+        "believed_stiffness": rod_properties(scenario.rope).bending_stiffness,
+        "found_stiffness": score.parameters.get("bending_stiffness", (np.nan, np.nan)),
+        "true_stiffness": rod_properties(scenario.plant_rope).bending_stiffness,
+        "plant": conditions.plant,
+        "sensed": conditions.sensed,
+        "reason": outcome.reason,
+        # Time since the start [s] and mean node error [mm].
+        "curve": [((t - scorer.started) / SECOND, 1e3 * mean) for t, mean, _ in scorer.errors],
+    }
 
 
-def _line(run: ExperimentRun) -> str:
-    spec = run.spec
-    return (
-        f"{spec.rope}, goal {spec.goal}, believed {spec.belief:g} times as stiff, "
-        f"{'adapting' if spec.adapt else 'not adapting'}: {run.error_mm:.2f} mm, clearance "
-        f"{run.min_clearance_mm} mm, at the goal after {run.reached_s} s, {run.reason}"
-    )
-
-
-def table_2(runs: Sequence[ExperimentRun]) -> list[dict[str, object]]:
+def table_2(runs: Sequence[Trial]) -> list[dict[str, object]]:
     """Return believed, adapted and true bending stiffness of the runs that adapt."""
     rows: list[dict[str, object]] = []
-    for run in (r for r in runs if r.spec.adapt):
-        value, deviation = run.found_stiffness
+    for run in (r for r in runs if r["spec"].adapt):
+        (value, deviation), true = run["found_stiffness"], run["true_stiffness"]
         rows.append(
             {
-                "goal": f"{run.spec.rope}, goal {run.spec.goal}",
-                "believed EI [N m²]": f"{run.believed_stiffness:.2e}",
+                "goal": f"{run['spec'].rope}, goal {run['spec'].goal}",
+                "believed EI [N m²]": f"{run['believed_stiffness']:.2e}",
                 "adapted EI [N m²]": f"({1e4 * value:.2f} ± {1e4 * deviation:.2f})e-4",
-                "true EI [N m²]": f"{run.true_stiffness:.2e}",
-                "adapted / true − 1": f"{100.0 * (value / run.true_stiffness - 1.0):+.0f} %",
+                "true EI [N m²]": f"{true:.2e}",
+                "adapted / true − 1": f"{100.0 * (value / true - 1.0):+.0f} %",
             }
         )
     return rows
 
 
-def table_3(runs: Sequence[ExperimentRun]) -> list[dict[str, object]]:
+def table_3(runs: Sequence[Trial]) -> list[dict[str, object]]:
     """Return the final mean node errors [mm] by setting, beside the paper's."""
     rows: list[dict[str, object]] = []
-    for rope in ROPES:
-        settings = sorted({(not r.spec.adapt, r.spec.belief) for r in runs if r.spec.rope == rope})
-        for still, belief in settings:
-            same = select(runs, rope, belief, not still)
-            times = [r.reached_s for r in same if r.reached_s is not None]
-            clearances = [r.min_clearance_mm for r in same if r.min_clearance_mm is not None]
+    for rope, paper in PAPER_ERRORS.items():
+        by_setting = groups([r for r in runs if r["spec"].rope == rope], "adapt", "belief")
+        for adapt, belief in sorted(by_setting, key=lambda key: (not key[0], key[1])):
+            same = by_setting[adapt, belief]
+            times = [r["reached_s"] for r in same if r["reached_s"] is not None]
+            clearances = [r["min_clearance_mm"] for r in same if r["min_clearance_mm"] is not None]
             rows.append(
                 {
                     "rope": rope,
                     "believed stiffness": f"× {belief:g}",
-                    "adapting": not still,
-                    **{f"goal {r.spec.goal}": r.error_mm for r in same},
-                    "average": float(np.mean([r.error_mm for r in same])),
+                    "adapting": adapt,
+                    **{f"goal {r['spec'].goal}": r["error_mm"] for r in same},
+                    "average": float(np.mean([r["error_mm"] for r in same])),
                     "longest time to goal [s]": max(times) if len(times) == len(same) else None,
                     "least clearance [mm]": min(clearances, default=None),
                 }
             )
-        paper = PAPER_ERRORS[rope]
         errors = {f"goal {goal}": error for goal, error in zip(GOALS, paper, strict=True)}
-        rows.append({"rope": f"{rope}, paper", "adapting": True, **errors})
-        rows[-1]["average"] = float(np.mean(paper))
+        row = {"rope": f"{rope}, paper", "adapting": True, **errors}
+        rows.append({**row, "average": float(np.mean(paper))})
     return rows
 
 
-def select(
-    runs: Sequence[ExperimentRun], rope: str, belief: float, adapt: bool
-) -> list[ExperimentRun]:
-    """Return the runs to all goals, in the order of the goals."""
-    setting = rope, belief, adapt
-    chosen = [r for r in runs if (r.spec.rope, r.spec.belief, r.spec.adapt) == setting]
-    return sorted(chosen, key=lambda r: r.spec.goal)
-
-
-def _draw(runs: Sequence[ExperimentRun], path: Path) -> None:
-    """Draw the error over time, with adaptation and without."""
-    beliefs = sorted({r.spec.belief for r in runs})
-    figure, axes = figure_of(2, len(beliefs), (10.0, 6.0), sharex=True, squeeze=False)
-    for row, rope in zip(axes, ROPES, strict=True):
-        for axis, belief in zip(row, beliefs, strict=True):
-            for adapt, style, how in ((True, "-", "adapting"), (False, "--", "not adapting")):
-                for r in select(runs, rope, belief, adapt):
-                    label = f"goal {r.spec.goal}, {how}"
-                    axis.semilogy(*np.array(r.curve).T, style, color=f"C{r.spec.goal}", label=label)
-            axis.set_title(f"{rope}, believed {belief:g} times as stiff", fontsize=10)
-            axis.set(xlabel="time [s]", ylabel="mean node error [mm]")
+def _draw(runs: Sequence[Trial], path: Path) -> None:
+    """Draw the error over time, with adaptation and without, by rope and belief."""
+    panels = groups(runs, "rope", "belief")
+    ropes, beliefs = list(PAPER_ERRORS), sorted({belief for _, belief in panels})
+    figure, axes = figure_of(len(ropes), len(beliefs), (10.0, 6.0), sharex=True, squeeze=False)
+    for (rope, belief), trials in panels.items():
+        axis = axes[ropes.index(rope)][beliefs.index(belief)]
+        for trial in sorted(trials, key=lambda t: not t["spec"].adapt):
+            goal, adapts = trial["spec"].goal, trial["spec"].adapt
+            label = f"goal {goal}, {'adapting' if adapts else 'not adapting'}"
+            style = "-" if adapts else "--"
+            axis.semilogy(*np.array(trial["curve"]).T, style, color=f"C{goal}", label=label)
+        axis.set_title(f"{rope}, believed {belief:g} times as stiff", fontsize=10)
+        axis.set(xlabel="time [s]", ylabel="mean node error [mm]")
     save(figure, path)

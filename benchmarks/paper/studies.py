@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from benchmarks.campaign import Trial
 from benchmarks.paper.closed_loop import FINAL_STEPS, PAPER_TIME_STEP, run_to_goal
 from benchmarks.paper.goals import BASE_SCENARIO, START_GRIPS, Goal, goals, obstacles
 from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
@@ -121,34 +122,13 @@ class ShapingSpec:
     """Number of steps T of the run."""
 
 
-@dataclass(frozen=True)
-class ShapingTrial:
-    """Finished run to one goal."""
-
-    spec: ShapingSpec
-    errors_mm: list[float]
-    """Mean node distance to the goal after every step; by the whole stack, at the end alone."""
-    clearance_mm: float
-    """Least distance of the surfaces of rope and obstacles over the run."""
-    length_error_mm: float
-    """Largest deviation of the rope's length from its rest length."""
-    horizon_ms: tuple[float, float]
-    """Median and 99th percentile of planning a horizon; by the stack, of the controller's step."""
-    prediction_mm: float | None = None
-    """Mean distance of predicted and true rope at the ends of the horizons of the second half."""
-    adaptation_ms: float | None = None
-    """Median of the adaptations."""
-    parameters: dict[str, float] | None = None
-    """Adapted parameters at the end."""
-
-    @property
-    def error_mm(self) -> float:
-        """Mean node distance to the goal over the last 0.2 s."""
-        return float(np.mean(self.errors_mm[-FINAL_STEPS:]))
+def error_mm(trial: Trial) -> float:
+    """Return the mean node distance to the goal over the last 0.2 s [mm]."""
+    return float(np.mean(trial["errors_mm"][-FINAL_STEPS:]))
 
 
-def run_trial(spec: ShapingSpec) -> ShapingTrial:
-    """Run one study to one goal."""
+def run_trial(spec: ShapingSpec) -> Trial:
+    """Run one study to one goal; see `run_to_goal`. By the whole stack, the end alone is known."""
     study = spec.study
     xpbd, direct = rods()
     model = xpbd if study.solver == "xpbd" else direct
@@ -163,20 +143,7 @@ def run_trial(spec: ShapingSpec) -> ShapingTrial:
     )
     adaptation = PaperAdaptation(xpbd, PAPER_CONTROL) if study.adapts else None
     plant = _plant(study.solver, study.softer)
-    method = _method(study)
-    run = run_to_goal(method, model, plant, goal, avoidance, spec.steps, adaptation)
-    second_half = run.prediction_errors[len(run.prediction_errors) // 2 :]
-    p50, p99 = 1e3 * np.quantile(run.horizon_times, [0.5, 0.99])
-    return ShapingTrial(
-        spec,
-        (1e3 * run.errors).tolist(),
-        1e3 * run.clearance,
-        1e3 * run.length_error,
-        (float(p50), float(p99)),
-        1e3 * float(np.mean(second_half)),
-        1e3 * float(np.median(run.adaptation_times)) if adaptation else None,
-        run.parameters,
-    )
+    return run_to_goal(_method(study), model, plant, goal, avoidance, spec.steps, adaptation)
 
 
 @cache
@@ -197,6 +164,7 @@ def _plant(solver: str, softer: float) -> Rod | XpbdRod:
 
 @cache
 def _goals(solver: str, softer: float, seed: int) -> tuple[Iterator[Goal], list[Goal]]:
+    """Goals of a plant: those to come, and those that are drawn."""
     return goals(_plant(solver, softer), rods()[0], seed), []
 
 
@@ -224,7 +192,7 @@ def _method(study: Study) -> HorizonOptimizer:
     return PaperOptimizer(policy, settings, moves, unlimited, study.differentiates_inputs)
 
 
-def _by_the_stack(spec: ShapingSpec, rod: Rod, goal: Goal) -> ShapingTrial:
+def _by_the_stack(spec: ShapingSpec, rod: Rod, goal: Goal) -> Trial:
     """Run by the whole stack: planned path, Gauss-Newton control, gateway with the arms' limits.
 
     The plant is Lariat's rod; the controller perceives the true nodes and does not adapt.
@@ -255,40 +223,39 @@ def _by_the_stack(spec: ShapingSpec, rod: Rod, goal: Goal) -> ShapingTrial:
     )
     score = closed_loop.run(scenario).score
     error, clearance = score.final_error_mm, score.min_clearance_mm
-    return ShapingTrial(
-        spec,
-        [np.inf if error is None else error],
-        np.nan if clearance is None else clearance,
-        score.length_error_mm,
-        (score.plan_ms["p50"], score.plan_ms["p99"]),
-    )
+    return {
+        "errors_mm": [np.inf if error is None else error],
+        "clearance_mm": np.nan if clearance is None else clearance,
+        "length_error_mm": score.length_error_mm,
+        "horizon_ms": (score.plan_ms["p50"], score.plan_ms["p99"]),
+    }
 
 
-def row(study: Study, trials: Sequence[ShapingTrial]) -> dict[str, object]:
+def row(study: Study, trials: Sequence[Trial]) -> dict[str, object]:
     """Return the row of a study's runs; times are medians over them."""
-    errors = [t.error_mm for t in trials]
-    p50, p99 = np.median([t.horizon_ms for t in trials], axis=0).round(1).tolist()
+    errors = [error_mm(t) for t in trials]
+    p50, p99 = np.median([t["horizon_ms"] for t in trials], axis=0).round(1).tolist()
     return {
         "study": study.name,
         "goals": len(trials),
         "mean [mm]": round(float(np.mean(errors)), 3),
         "max [mm]": round(max(errors), 3),
         "below 5 mm": sum(error < 5.0 for error in errors),
-        "least clearance [mm]": round(min(t.clearance_mm for t in trials), 1),
-        "length error [mm]": round(max(t.length_error_mm for t in trials), 1),
+        "least clearance [mm]": round(min(t["clearance_mm"] for t in trials), 1),
+        "length error [mm]": round(max(t["length_error_mm"] for t in trials), 1),
         "horizon p50 [ms]": p50,
         "horizon p99 [ms]": p99,
     }
 
 
-def adaptation_row(study: Study, trials: Sequence[ShapingTrial]) -> dict[str, object]:
+def adaptation_row(study: Study, trials: Sequence[Trial]) -> dict[str, object]:
     """Return prediction errors, adapted parameters and times of a study with a softer plant."""
     row: dict[str, object] = {
         "study": study.name,
-        "prediction error, second half [mm]": float(np.mean([t.prediction_mm for t in trials])),
+        "prediction error, second half [mm]": float(np.mean([t["prediction_mm"] for t in trials])),
     }
-    for name in trials[0].parameters or ():
-        row[name] = float(np.mean([(t.parameters or {})[name] for t in trials]))
+    for name in trials[0]["parameters"]:
+        row[name] = float(np.mean([t["parameters"][name] for t in trials]))
     if study.adapts:
-        row["adaptation p50 [ms]"] = float(np.median([t.adaptation_ms for t in trials]))
+        row["adaptation p50 [ms]"] = float(np.median([t["adaptation_ms"] for t in trials]))
     return row

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import importlib
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from benchmarks.campaign import Campaign, Workers
-from benchmarks.physics.convergence import Case, Convergence, Error, measure
-from benchmarks.tables import Result, publish
+from benchmarks.campaign import CAMPAIGN_DEFAULTS, CampaignOptions, Trial, groups
+from benchmarks.physics import balances, buckling, closed_forms, frequencies, friction, hanging, set
+from benchmarks.physics.cases import Case
+from benchmarks.tables import Flat, Result
 
 Part = Literal[
     "elasticae",
@@ -24,21 +24,37 @@ Part = Literal[
     "friction",
     "set",
 ]
-ALL_PARTS: tuple[Part, ...] = get_args(Part)
-"""All parts, in the order of their tables; a part is the module of its name."""
-CONDITIONS: dict[Part, str] = {
-    "elasticae": "ropes at rest, mean distance of nodes from the continuum at equal arc length",
-    "closed-forms": "shapes and moments with closed forms",
-    "frequencies": "natural frequencies of straight beams, against Euler-Bernoulli beams",
-    "buckling": "critical loads of straight rods and a ring",
-    "stiffness": "Young's modulus fitted to shapes of the continuum",
-    "writhing": "twisted rods that buckle, and a loop that twists round itself",
-    "whip": "change of energy of a flicked whip, relative to its kinetic energy",
-    "plants": "simulated ropes at rest, mean distance of nodes from the continuum; processor time",
-    "friction": "loads at which ropes begin to slide, and motion of a rope on a slope in 60 s",
-    "set": "wires that are bent round and let go, bent back, and hung up by one end",
+PARTS: dict[Part, tuple[tuple[Case, ...], str]] = {
+    "elasticae": (
+        hanging.ROPE_CASES,
+        "ropes at rest, mean distance of nodes from the continuum at equal arc length",
+    ),
+    "closed-forms": (closed_forms.CASES, "shapes and moments with closed forms"),
+    "frequencies": (
+        frequencies.CASES,
+        "natural frequencies of straight beams, against Euler-Bernoulli beams",
+    ),
+    "buckling": (buckling.CASES, "critical loads of straight rods and a ring"),
+    "stiffness": (hanging.STIFFNESS_CASES, "Young's modulus fitted to shapes of the continuum"),
+    "writhing": (
+        balances.WRITHING_CASES,
+        "twisted rods that buckle, and a loop that twists round itself",
+    ),
+    "whip": (
+        balances.WHIP_CASES,
+        "change of energy of a flicked whip, relative to its kinetic energy",
+    ),
+    "plants": (
+        hanging.PLANT_CASES,
+        "simulated ropes at rest, mean distance of nodes from the continuum; processor time",
+    ),
+    "friction": (
+        friction.CASES,
+        "loads at which ropes begin to slide, and motion of a rope on a slope in 60 s",
+    ),
+    "set": (set.CASES, "wires that are bent round and let go, bent back, and hung up by one end"),
 }
-"""Conditions of each table; camera and adaptation are not involved."""
+"""Cases and conditions of each table; camera and adaptation are not involved."""
 
 
 @dataclass(frozen=True)
@@ -48,29 +64,16 @@ class CaseSpec:
     part: Part
     name: str
 
-
-@dataclass(frozen=True)
-class CaseTrial:
-    """Measured case."""
-
-    spec: CaseSpec
-    errors: list[tuple[float, float | None]]
-    """Error, and largest error of a node of a shape, for each number of nodes."""
-
     @property
-    def convergence(self) -> Convergence:
-        """Errors with the case's bounds."""
-        case = cases(self.spec.part)[self.spec.name]
-        return Convergence(case, tuple(Error(*error) for error in self.errors))
+    def case(self) -> Case:
+        """The case."""
+        return next(case for case in PARTS[self.part][0] if case.name == self.name)
 
 
 def run(
-    part: tuple[Part, ...] = ALL_PARTS,
-    results: Path | None = None,
-    workers: Workers = 1,
+    part: tuple[Part, ...] = get_args(Part),
     plot: Path | None = None,
-    json: bool = False,
-    output: Path | None = None,
+    options: Flat[CampaignOptions] = CAMPAIGN_DEFAULTS,
 ) -> int:
     """Measure the rod's errors over its number of nodes, and compare them with their bounds.
 
@@ -88,62 +91,44 @@ def run(
 
     Args:
         part: Parts to measure; all by default.
-        results: File of measured cases, one JSON object a line; cases that it holds are not
-            measured again.
-        workers: Number of processes, or the address of a Dask scheduler.
-        plot: File for a plot of shapes and errors, a PNG; that of friction is `friction.png` beside
-            it.
-        json: Print one JSON object instead of tables.
-        output: Folder for the tables as CSV.
+        plot: File for a plot of shapes and errors of ropes at rest, a PNG; that of friction is
+            `friction.png` beside it.
 
     Returns:
         0 if all errors and orders are within their bounds, else 1.
     """
-    specs = [CaseSpec(each, name) for each in part for name in cases(each)]
-    trials = Campaign(run_trial, CaseTrial, _line).trials(specs, results, workers)
-    measured = {each: [t.convergence for t in trials if t.spec.part == each] for each in part}
-    tables = [
-        Result(each, [row(found) for found in measured[each]], CONDITIONS[each]) for each in part
-    ]
-    publish(tables, json, output)
-    broken = [t for t in trials if not t.convergence.held]
+    specs = [CaseSpec(each, case.name) for each in part for case in PARTS[each][0]]
+    trials = options.trials(run_trial, specs)
+    measured = groups(trials, "part")
+    tables = [Result(p, [row(t) for t in measured[p,]], PARTS[p][1]) for p in part]
+    options.publish(*tables)
+    broken = [t for t in trials if not t["spec"].case.held(t["errors"])]
     for trial in broken:
-        print(f"{trial.spec.part}: {trial.spec.name}: a bound does not hold", file=sys.stderr)
+        spec = trial["spec"]
+        print(f"{spec.part}: {spec.name}: a bound does not hold", file=sys.stderr)
     if plot is not None:
-        from benchmarks.physics.plot import draw, draw_friction
+        from benchmarks.physics.plot import draw_friction, draw_ropes
 
         if "friction" in part:
             draw_friction(plot.with_name("friction.png"))
-        if part != ("friction",):
-            draw(measured, plot)
+        if "elasticae" in part:
+            draw_ropes(measured["elasticae",], plot)
     return 1 if broken else 0
 
 
-def cases(part: Part) -> dict[str, Case]:
-    """Return the cases of a part by their names."""
-    module = importlib.import_module(f"benchmarks.physics.{part.replace('-', '_')}")
-    return {case.name: case for case in module.CASES}
-
-
-def run_trial(spec: CaseSpec) -> CaseTrial:
+def run_trial(spec: CaseSpec) -> Trial:
     """Measure a case."""
-    return CaseTrial(spec, [*measure(cases(spec.part)[spec.name]).errors])
+    return {"errors": spec.case.errors()}
 
 
-def _line(trial: CaseTrial) -> str:
-    errors = ", ".join(f"{value:.2g}" for value, _ in trial.errors)
-    return f"{trial.spec.part}: {trial.spec.name}: {errors}"
-
-
-def row(found: Convergence) -> dict[str, object]:
+def row(trial: Trial) -> dict[str, object]:
     """Return the row of a case: a column for each number of nodes, order and bounds."""
-    case = found.case
-    errors = zip(case.node_counts, found.errors, strict=True)
+    case, errors = trial["spec"].case, trial["errors"]
     return {
         "case": case.name,
         "unit": case.unit,
         "bound": ", ".join(f"{bound:.2g} at {n}" for n, bound in case.bounds.items()),
-        "held": found.held,
-        "order": found.order if case.min_order is not None else None,
-        **{f"n={n}": error.value for n, error in errors},
+        "held": case.held(errors),
+        "order": case.order(errors) if case.min_order is not None else None,
+        **{f"n={n}": error for n, error in zip(case.node_counts, errors, strict=True)},
     }

@@ -19,27 +19,18 @@ from jaxtyping import Float64
 from scipy.optimize import root_scalar
 from scipy.special import jv
 
-from benchmarks.physics.convergence import Case, Error
-from benchmarks.physics.elasticae import ALONG_X
+from benchmarks.physics.cases import Case
+from benchmarks.physics.closed_forms import WEIGHTLESS
+from benchmarks.physics.hanging import ALONG_X
 from lariat.rod import Rod, RodProperties, RodState, add_turns, state_along
 from lariat.rod.model import End
 
-NODE_COUNTS = (10, 20, 40, 80, 160)
-"""Numbers of nodes of the rods."""
-MAX_ERROR = 1.0
-"""Largest allowed error at n = 40 [%]."""
-LOAD_RANGE = (0.5, 1.5)
-"""Loads between which the critical one is searched, relative to the exact one [-]."""
-BISECTIONS = 22
-"""Halvings of that range."""
 STEP_DURATIONS = np.full(3, 1000.0)
 """Durations of the steps without inertia in which an unbuckled shape settles [s]."""
 RING_STEP_DURATIONS = np.full(6, 100.0)
 """The same for a ring, which may turn about its grip's axis: longer ones are indeterminate [s]."""
 COLUMN = RodProperties(0.45, 0.008, 0.044, 1e6, stretch_stiffness=1e4, damping=0.0)
 """Rod of all cases."""
-WEIGHTLESS = (0.0, 0.0, 0.0)
-"""Absence of gravity [m/s^2]."""
 FLATNESS = 0.01
 """Extent out of its plane above which a ring has buckled, in lengths [-].
 
@@ -51,17 +42,14 @@ Stable = Callable[[float], bool]
 """Stability of the unbuckled shape under a load relative to the exact critical one."""
 
 
-def error(unbuckled: Callable[[int], Stable], node_count: int) -> Error:
+def error(unbuckled: Callable[[int], Stable], node_count: int) -> float:
     """Return the relative error of the critical load [%]."""
     stable = unbuckled(node_count)
-    low, high = LOAD_RANGE
-    for _ in range(BISECTIONS):
+    low, high = 0.5, 1.5
+    for _ in range(22):
         middle = 0.5 * (low + high)
-        if stable(middle):
-            low = middle
-        else:
-            high = middle
-    return Error(100.0 * abs(0.5 * (low + high) - 1.0))
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return 100.0 * abs(0.5 * (low + high) - 1.0)
 
 
 def compressed(left: End, right: End, exact: float, node_count: int) -> Stable:
@@ -69,20 +57,15 @@ def compressed(left: End, right: End, exact: float, node_count: int) -> Stable:
     rod = Rod(COLUMN, node_count, left, right, WEIGHTLESS, 1e-9)
     straight = rod.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     strain = exact * COLUMN.bending_stiffness / COLUMN.length**2 / COLUMN.stretch_stiffness
-
-    def stable(load: float) -> bool:
-        return _settles(
-            rod, replace(straight, positions=(1.0 - load * strain) * straight.positions)
-        )
-
-    return stable
+    return lambda load: _settles(
+        rod, replace(straight, positions=(1.0 - load * strain) * straight.positions)
+    )
 
 
 def loaded_tip(node_count: int) -> Stable:
-    """Return the stability of a column with a free tip that carries a weight.
+    """Return the stability of a column with a free tip that carries a weight: pi^2 / 4 EI / L^2.
 
-    The weight is the mass of the last node; the rest of the column has next to none. The exact
-    critical load is pi^2 / 4 EI / L^2.
+    The weight is the mass of the last node; the rest of the column has next to none.
     """
     profile = (1e-9,) * (node_count - 1) + (1.0,)
     properties = replace(COLUMN, density_profile=profile)
@@ -103,18 +86,11 @@ def heavy_column(node_count: int) -> Stable:
 
 
 def twisted(node_count: int) -> Stable:
-    """Return the stability of a straight rod that is twisted between clamps.
-
-    The exact critical moment is 2 x EI / L with x = tan(x).
-    """
+    """Return the stability of a straight rod, twisted between clamps: 2 x EI / L, x = tan(x)."""
     rod = Rod(COLUMN, node_count, gravity=WEIGHTLESS, tolerance=1e-9)
     straight = rod.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     exact = 2.0 * TANGENT_ROOT * COLUMN.bending_stiffness / COLUMN.twisting_stiffness
-
-    def stable(load: float) -> bool:
-        return _settles(rod, add_turns(straight, load * exact / (2.0 * math.pi)))
-
-    return stable
+    return lambda load: _settles(rod, add_turns(straight, load * exact / (2.0 * math.pi)))
 
 
 def ring(node_count: int) -> Stable:
@@ -129,11 +105,7 @@ def ring(node_count: int) -> Stable:
     nodes = rod.edge_length * np.concatenate([np.zeros((1, 3)), np.cumsum(tangents, axis=0)])
     untwisted = state_along(nodes, ALONG_X, ALONG_X, rod.model.clamps)
     exact = math.sqrt(3.0) * COLUMN.bending_stiffness / COLUMN.twisting_stiffness
-
-    def stable(load: float) -> bool:
-        return _settles(rod, add_turns(untwisted, load * exact), RING_STEP_DURATIONS)
-
-    return stable
+    return lambda load: _settles(rod, add_turns(untwisted, load * exact), RING_STEP_DURATIONS)
 
 
 def _upright(properties: RodProperties, node_count: int, gravity: float, load: float) -> bool:
@@ -151,21 +123,23 @@ def _settles(
     return bool(stable and flat and rollout.converged.all())
 
 
-_STRAIGHT_RODS: dict[str, Callable[[int], Stable]] = {
-    "Euler, clamped": partial(compressed, "clamped", "clamped", 4.0 * math.pi**2),
-    "Euler, clamped and pinned": partial(compressed, "clamped", "pinned", TANGENT_ROOT**2),
-    "Euler, pinned": partial(compressed, "pinned", "pinned", math.pi**2),
-    "Euler, clamped and free": loaded_tip,
-    "Greenhill, heavy column": heavy_column,
-    "Greenhill, twisted shaft": twisted,
-}
-CASES: tuple[Case, ...] = (
-    *(
-        Case(name, "%", partial(error, unbuckled), NODE_COUNTS, {40: MAX_ERROR}, 1.8)
-        for name, unbuckled in _STRAIGHT_RODS.items()
-    ),
-    Case(
-        "Michell, twisted ring", "%", partial(error, ring), (20, 40, 80, 160), {40: MAX_ERROR}, 1.8
-    ),
+CASES = tuple(
+    Case(name, "%", partial(error, unbuckled), counts, {40: 1.0}, 1.8)
+    for name, unbuckled, counts in (
+        *(
+            (name, unbuckled, (10, 20, 40, 80, 160))
+            for name, unbuckled in (
+                ("Euler, clamped", partial(compressed, "clamped", "clamped", 4.0 * math.pi**2)),
+                (
+                    "Euler, clamped and pinned",
+                    partial(compressed, "clamped", "pinned", TANGENT_ROOT**2),
+                ),
+                ("Euler, pinned", partial(compressed, "pinned", "pinned", math.pi**2)),
+                ("Euler, clamped and free", loaded_tip),
+                ("Greenhill, heavy column", heavy_column),
+                ("Greenhill, twisted shaft", twisted),
+            )
+        ),
+        ("Michell, twisted ring", ring, (20, 40, 80, 160)),
+    )
 )
-"""Cases of the table."""

@@ -1,10 +1,4 @@
-"""Stiffness of real cables from hanging and twisting: `lariat bench physics cables FILE...`.
-
-A file is a .npz with `hanging` (shapes, points, 2) [m], planar, y downwards, from one level clamp
-to the other; `linear_density` [kg/m]; and `critical_twist_deg`, one for each time that the cable
-was twisted until it buckled out of its plane. Each shape is predicted with the EI that is fitted to
-the others, each critical twist with the GJ / EI of another one.
-"""
+"""Stiffness of real cables from hanging and twisting: `lariat bench physics cables FILE...`."""
 
 from __future__ import annotations
 
@@ -14,8 +8,8 @@ from typing import Any
 import numpy as np
 import tyro
 
-from benchmarks.tables import Result, publish
-from lariat.configuration import ConfigurationError
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
+from lariat.configuration import ConfigurationError, refusing
 from lariat.identification.static_sag import (
     HangingShape,
     bending_stiffness,
@@ -25,36 +19,31 @@ from lariat.identification.static_sag import (
     twist_ratio,
 )
 
-ARRAY_NAMES = ("hanging", "linear_density", "critical_twist_deg")
-"""Names of the arrays in a file."""
-
 
 def run(
     files: tyro.conf.Positional[tuple[Path, ...]],
     /,
-    json: bool = False,
-    output: Path | None = None,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Predict the shapes and critical twists of real cables by leave-one-out fits.
 
     There is no plant: the shapes were measured on real cables. Each shape is predicted with the EI
     that is fitted to the others, each critical twist with the GJ / EI of another one. A file is a
     .npz with `hanging` (shapes, points, 2) [m], planar, y downwards, from one level clamp to the
-    other; `linear_density` [kg/m]; and `critical_twist_deg`.
+    other; `linear_density` [kg/m]; and `critical_twist_deg`, one for each time that the cable was
+    twisted until it buckled out of its plane.
 
     Examples:
       lariat bench physics cables white.npz black.npz
 
     Args:
         files: Measured cables, one .npz each.
-        json: Print one JSON object instead of a table.
-        output: Folder for the table as CSV.
     """
     if not files:
         raise ConfigurationError("name at least one .npz of a measured cable")
     rows = [{"cable": file.stem, **leave_one_out(*read(file))} for file in files]
     meaning = "plant: the real cables; EI_spread: largest less smallest EI of the fits, relative"
-    publish([Result("cables", rows, meaning)], json, output)
+    options.publish(Result("cables", rows, meaning))
     return 0
 
 
@@ -64,27 +53,19 @@ def read(path: Path) -> tuple[list[HangingShape], np.ndarray]:
     Raises:
         ConfigurationError: The file does not describe a cable.
     """
-    try:
+    names = ("hanging", "linear_density", "critical_twist_deg")
+    with refusing(f"{path} cannot be read; see lariat bench physics cables -h"):
         with np.load(path, allow_pickle=False) as stored:
-            missing = [key for key in ARRAY_NAMES if key not in stored]
-            if missing:
-                raise ConfigurationError(
-                    f"{path} has no {missing[0]!r}; see lariat bench physics cables -h"
-                )
-            hanging, density, twists = (np.asarray(stored[key], float) for key in ARRAY_NAMES)
-    except (OSError, ValueError) as error:
-        raise ConfigurationError(f"{path} cannot be read: {error}") from error
-    if hanging.ndim != 3 or hanging.shape[2] != 2 or len(hanging) < 2 or density.size != 1:
-        raise ConfigurationError(
-            f"{path}: hanging must be (2 or more shapes, points, 2), got {hanging.shape}"
-        )
-    if twists.ndim != 1 or len(twists) < 2 or not np.all(twists > 0.0):
-        raise ConfigurationError(f"{path}: critical_twist_deg must be 2 or more, got {twists}")
-    if not (np.all(np.isfinite(hanging)) and float(density.reshape(())) > 0.0):
-        raise ConfigurationError(f"{path}: hanging must be finite and linear_density positive")
-    return [HangingShape(points, float(density.reshape(()))) for points in hanging], np.radians(
-        twists
-    )
+            hanging, density, twists = (np.asarray(stored[name], float) for name in names)
+        for name, holds in (
+            ("hanging", hanging.ndim == 3 and hanging.shape[2] == 2 and len(hanging) >= 2),
+            ("hanging", np.all(np.isfinite(hanging))),
+            ("linear_density", density.size == 1 and np.all(density > 0.0)),
+            ("critical_twist_deg", twists.ndim == 1 and len(twists) >= 2 and np.all(twists > 0.0)),
+        ):
+            if not holds:
+                raise ValueError(f"{name} is of a wrong shape or value")
+    return [HangingShape(points, density.item()) for points in hanging], np.radians(twists)
 
 
 def leave_one_out(shapes: list[HangingShape], twists: np.ndarray) -> dict[str, Any]:

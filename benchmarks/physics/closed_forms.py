@@ -1,7 +1,4 @@
-"""Shapes and moments that have closed forms, and the rod's errors in them.
-
-The rods are practically inextensible, like those of the closed forms.
-"""
+"""Shapes and moments that have closed forms, and the errors of practically inextensible rods."""
 
 from __future__ import annotations
 
@@ -14,83 +11,63 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root_scalar
 from scipy.special import ellipe, ellipk
 
-from benchmarks.physics.convergence import Case, Error
-from benchmarks.physics.elasticae import ALONG_X, level_grip
+from benchmarks.physics.cases import Case
+from benchmarks.physics.hanging import ALONG_X, level_grip
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, curvatures, moments, state_along
 
-NODE_COUNTS = (10, 20, 40, 80, 160, 320)
-"""Numbers of nodes of rods whose errors converge."""
-STRETCH_STIFFNESS = 1e6
-"""Stretch stiffness that makes a rod practically inextensible [N]."""
-SOLVER_TOLERANCE = 1e-9
-"""Tolerance of the rods [m]."""
-SPAN = 0.4
-"""Distance between the ends of a hanging rod [m]."""
-HANGING_LENGTH = 0.6
-"""Length of a hanging rod [m]."""
+WEIGHTLESS = (0.0, 0.0, 0.0)
+"""Absence of gravity [m/s^2]."""
+SPAN, HANGING_LENGTH = 0.4, 0.6
+"""Distance between the ends of a hanging rod, and its length [m]."""
 STRUT_ANGLE = math.radians(70.0)
 """Angle at the ends of a strut that has buckled between pins [rad]."""
-STRUT = RodProperties(0.5, 0.006, 0.05, 2e6, stretch_stiffness=STRETCH_STIFFNESS)
-"""Rod without weight."""
+STRUT = RodProperties(0.5, 0.006, 0.05, 2e6, stretch_stiffness=1e6)
 TWIST = 2.0
 """Rotation of a grip about its axis [rad]."""
 NATURAL_CURVATURE = (3.0, 0.0, 4.0)
 """Rest curvature of a helix [1/m]."""
 
 
-def catenary_error(bending: float, clamped: bool, node_count: int) -> Error:
-    """Return mean and largest distance of the nodes of a hanging rod from the catenary [L].
+def catenary_error(bending: float, clamped: bool, node_count: int) -> float:
+    """Return the mean distance of the nodes of a hanging rod from the catenary [L].
 
     Args:
         bending: Bending stiffness EI in units of weight per length times length^3 [-].
         clamped: Whether the ends are clamped level instead of pinned.
         node_count: Number of nodes.
     """
-    properties = RodProperties(
-        HANGING_LENGTH, 0.004, 0.05, 1e6, stretch_stiffness=STRETCH_STIFFNESS
-    )
+    properties = RodProperties(HANGING_LENGTH, 0.004, 0.05, 1e6, stretch_stiffness=1e6)
     weight = properties.linear_density * 9.81
     properties = properties.with_stiffness(bending * weight * HANGING_LENGTH**3)
     end = "clamped" if clamped else "pinned"
-    rod = Rod(properties, node_count, end, end, tolerance=SOLVER_TOLERANCE)
-    rest = rod.rest(level_grip(-SPAN / 2.0), level_grip(SPAN / 2.0))
-    exact = catenary(node_count)
-    distances = np.linalg.norm(rest.state.positions - exact, axis=1) / HANGING_LENGTH
-    return Error(float(distances.mean()), float(distances.max()))
-
-
-def catenary(count: int) -> Float64[np.ndarray, "k 3"]:
-    """Return points of the catenary at evenly spaced arc lengths [m]."""
+    rod = Rod(properties, node_count, end, end, tolerance=1e-9)
+    nodes = rod.rest(level_grip(-SPAN / 2.0), level_grip(SPAN / 2.0)).state.positions
     # The parameter a of z = a cosh(x / a) for which the curve is as long as the rod.
     a = root_scalar(
         lambda a: 2.0 * a * math.sinh(SPAN / (2.0 * a)) - HANGING_LENGTH,
         bracket=(0.05 * SPAN, 10.0 * SPAN),
     ).root
-    s = np.linspace(-HANGING_LENGTH / 2.0, HANGING_LENGTH / 2.0, count)
+    s = np.linspace(-HANGING_LENGTH / 2.0, HANGING_LENGTH / 2.0, node_count)
     height = np.sqrt(a**2 + s**2)
-    return np.stack([a * np.arcsinh(s / a), 0.0 * s, height - height[0]], axis=1)
+    exact = np.stack([a * np.arcsinh(s / a), 0.0 * s, height - height[0]], axis=1)
+    return float(np.mean(np.linalg.norm(nodes - exact, axis=1) / HANGING_LENGTH))
 
 
-def strut_error(node_count: int) -> Error:
-    """Return mean and largest distance of the nodes of a buckled strut from Euler's elastica [L].
+def strut_error(node_count: int) -> float:
+    """Return the mean distance of a strut, buckled between pins, from the elastica [L].
 
     The strut can turn about the line between its pins: heights over that line are compared.
     """
-    distances = np.linalg.norm(strut(node_count) - elastica(node_count), axis=1) / STRUT.length
-    return Error(float(distances.mean()), float(distances.max()))
-
-
-def strut(node_count: int) -> Float64[np.ndarray, "n 3"]:
-    """Return the nodes of a strut that has buckled between pins, turned upwards [m]."""
-    rod = Rod(STRUT, node_count, "pinned", "pinned", (0.0, 0.0, 0.0), SOLVER_TOLERANCE)
+    rod = Rod(STRUT, node_count, "pinned", "pinned", WEIGHTLESS, 1e-9)
     span = elastica(2)[-1, 0]
     s = np.linspace(0.0, 1.0, node_count)
     guess = np.stack([span * s, 0.0 * s, 0.3 * STRUT.length * np.sin(np.pi * s)], axis=1)
     state = state_along(guess, ALONG_X, ALONG_X, rod.model.clamps)
     nodes = rod.rest(level_grip(0.0), level_grip(span), state).state.positions
     heights = np.linalg.norm(nodes[:, 1:], axis=1)
-    return np.stack([nodes[:, 0], 0.0 * heights, heights], axis=1)
+    upright = np.stack([nodes[:, 0], 0.0 * heights, heights], axis=1)
+    return float(np.mean(np.linalg.norm(upright - elastica(node_count), axis=1) / STRUT.length))
 
 
 def elastica(count: int) -> Float64[np.ndarray, "k 3"]:
@@ -114,39 +91,40 @@ def elastica(count: int) -> Float64[np.ndarray, "k 3"]:
     return STRUT.length * np.stack([path[0], 0.0 * s, path[1]], axis=1)
 
 
-def twisting_moment_error(node_count: int) -> Error:
+def twisting_moment_error(node_count: int) -> float:
     """Return the largest relative error of the moment GJ theta / L of a straight rod [-]."""
-    rod = Rod(STRUT, node_count, gravity=(0.0, 0.0, 0.0), tolerance=SOLVER_TOLERANCE)
-    straight = rod.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    rod = Rod(STRUT, node_count, gravity=WEIGHTLESS, tolerance=1e-9)
     # The grips turn in the first step; the twist spreads in the others.
     durations = np.array([0.1, 100.0, 100.0])
     actions = np.zeros((len(durations), 2, 6))
     actions[0, 1, 3] = TWIST / durations[0]
+    straight = rod.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     rollout, _ = rod.settle(straight, actions, durations)
     exact = STRUT.twisting_stiffness * TWIST / STRUT.length
-    return Error(float(np.max(np.abs(moments(rod, rollout.final)[:, 2] / exact - 1.0))))
+    return float(np.max(np.abs(moments(rod, rollout.final)[:, 2] / exact - 1.0)))
 
 
-def helix_error(node_count: int) -> Error:
+def helix_error(node_count: int) -> float:
     """Return the largest error of the curvature of a free rod that is naturally a helix [1/m]."""
     properties = RodProperties(0.5, 0.006, 0.05, 2e6, rest_curvature=(NATURAL_CURVATURE,))
-    rod = Rod(
-        properties, node_count, right="free", gravity=(0.0, 0.0, 0.0), tolerance=SOLVER_TOLERANCE
-    )
+    rod = Rod(properties, node_count, right="free", gravity=WEIGHTLESS, tolerance=1e-9)
     grip = Pose(np.zeros(3), ALONG_X)
     curvature = curvatures(rod, rod.rest(grip, grip).state)
-    return Error(float(np.max(np.abs(curvature - np.array(NATURAL_CURVATURE)))))
+    return float(np.max(np.abs(curvature - np.array(NATURAL_CURVATURE))))
 
 
+COUNTS = (10, 20, 40, 80, 160, 320)
+EXACT = {10: 1e-6, 40: 1e-6}
 CASES: tuple[Case, ...] = (
     Case(
         "catenary, EI = 1e-9 w L^3",
         "L",
         partial(catenary_error, 1e-9, False),
-        NODE_COUNTS,
+        COUNTS,
         {40: 2e-4},
         1.8,
     ),
+    # As EI -> 0, the level clamps' boundary layers shrink with sqrt(EI).
     *(
         Case(
             f"catenary, EI = {bending:.0e} w L^3, clamped level",
@@ -157,14 +135,7 @@ CASES: tuple[Case, ...] = (
         )
         for bending in (1e-2, 1e-3, 1e-4, 1e-5)
     ),
-    Case("Euler's elastica between pins", "L", strut_error, NODE_COUNTS, {40: 2e-4}, 1.8),
-    Case(
-        "moment of a twisted straight rod",
-        "-",
-        twisting_moment_error,
-        (10, 40),
-        {10: 1e-6, 40: 1e-6},
-    ),
-    Case("curvature of a natural helix", "1/m", helix_error, (10, 40), {10: 1e-6, 40: 1e-6}),
+    Case("Euler's elastica between pins", "L", strut_error, COUNTS, {40: 2e-4}, 1.8),
+    Case("moment of a twisted straight rod", "-", twisting_moment_error, (10, 40), EXACT),
+    Case("curvature of a natural helix", "1/m", helix_error, (10, 40), EXACT),
 )
-"""Cases of the table. As EI -> 0, the level clamps' boundary layers shrink with sqrt(EI)."""

@@ -16,40 +16,31 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.optimize import root_scalar
 
-from benchmarks.physics.convergence import Case, Error
+from benchmarks.physics.cases import Case
+from benchmarks.physics.closed_forms import WEIGHTLESS
 from lariat.rod import Rod, RodProperties, RolloutSpec, StateDirections
 from lariat.rod.model import End
 
-NODE_COUNTS = (10, 20, 40, 80, 160)
-"""Numbers of nodes of the beams."""
 BEAM = RodProperties(
     0.45, 1e-4, 0.044, 1e6, stretch_stiffness=1e4, damping=0.0, internal_damping=0.0
 ).with_stiffness(2e-4)
 """Beam so thin that rotary inertia, and so stiff that shear, do not count."""
-STEPS_PER_PERIOD = 40
-"""Steps in a period of the mode."""
-PERIODS = 2
-"""Periods that are simulated."""
-MODES = (1, 2, 3)
-"""Modes to measure, from the lowest on."""
+STEPS_PER_PERIOD, PERIODS = 40, 2
+"""Steps in a period of the mode, and periods that are simulated."""
 MAX_ERROR = {1: 0.3, 2: 0.7, 3: 1.5}
 """Largest allowed error at n = 40, by mode [%]."""
-_GAMMA = 1.0 - math.sqrt(0.5)
-"""Coefficient of the scheme."""
 
 
 @dataclass(frozen=True)
 class Beam:
-    """Straight beam and the modes of its continuum, in units of its length."""
+    """Straight beam by the hold of its ends, and the modes of its continuum, in its lengths."""
 
     left: End
-    """Hold of the left end."""
     right: End
-    """Hold of the right end."""
 
     def wave_number(self, mode: int) -> float:
         """Return the wave number of a mode, from the lowest mode 1 on [1/L]."""
-        if "pinned" in (self.left, self.right):
+        if self.right == "pinned":
             return math.pi * mode
         # cos(b) cosh(b) = 1 between clamps, -1 at a clamp and a free end.
         sign = 1.0 if self.right == "clamped" else -1.0
@@ -63,36 +54,26 @@ class Beam:
     ) -> tuple[Float64[np.ndarray, "k"], Float64[np.ndarray, "k"]]:
         """Return deflection and slope of a mode at arc lengths in units of the length."""
         b = self.wave_number(mode)
-        if "pinned" in (self.left, self.right):
+        if self.right == "pinned":
             return np.sin(b * s), b * np.cos(b * s)
-        if self.right == "clamped":
-            ratio = (math.cosh(b) - math.cos(b)) / (math.sinh(b) - math.sin(b))
-        else:
-            ratio = (math.cosh(b) + math.cos(b)) / (math.sinh(b) + math.sin(b))
+        sign = 1.0 if self.right == "clamped" else -1.0
+        ratio = (math.cosh(b) - sign * math.cos(b)) / (math.sinh(b) - sign * math.sin(b))
         value = np.cosh(b * s) - np.cos(b * s) - ratio * (np.sinh(b * s) - np.sin(b * s))
         slope = np.sinh(b * s) + np.sin(b * s) - ratio * (np.cosh(b * s) - np.cos(b * s))
         return value, b * slope
 
 
-def error(beam: Beam, mode: int, node_count: int) -> Error:
-    """Return the relative error of the frequency of a mode [%]."""
-    return Error(100.0 * abs(frequency(beam, mode, node_count) / exact(beam, mode) - 1.0))
-
-
-def exact(beam: Beam, mode: int) -> float:
-    """Return the angular frequency of the continuum [rad/s]."""
+def error(beam: Beam, mode: int, node_count: int) -> float:
+    """Return the relative error of the angular frequency of a mode [%]."""
     stiffness = BEAM.bending_stiffness / BEAM.linear_density
-    return beam.wave_number(mode) ** 2 * math.sqrt(stiffness) / BEAM.length**2
-
-
-def frequency(beam: Beam, mode: int, node_count: int) -> float:
-    """Return the angular frequency of the discrete rod [rad/s]."""
-    rod = Rod(
-        BEAM, node_count, beam.left, beam.right, (0.0, 0.0, 0.0), tolerance=1e-9, scheme="sdirk2"
-    )
+    exact = beam.wave_number(mode) ** 2 * math.sqrt(stiffness) / BEAM.length**2
+    rod = Rod(BEAM, node_count, beam.left, beam.right, WEIGHTLESS, tolerance=1e-9, scheme="sdirk2")
     start = rod.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    left, right = rod.model.clamps
+    edges = (np.arange(node_count - 1) + 0.5) / (node_count - 1)
+    frames = np.concatenate([np.zeros(left), edges, np.ones(right)])
     shape, _ = beam.deflection(mode, np.linspace(0.0, 1.0, node_count))
-    _, slope = beam.deflection(mode, _frame_places(rod))
+    _, slope = beam.deflection(mode, frames)
     direction = StateDirections(
         (BEAM.length * shape[:, None] * np.array([0.0, 0.0, 1.0]))[None],
         # A rod along x that rises by dz / dx turns about -y.
@@ -100,11 +81,11 @@ def frequency(beam: Beam, mode: int, node_count: int) -> float:
         np.zeros((1, node_count, 3)),
         np.zeros((1, len(start.orientations), 3)),
     )
-    dt = 2.0 * math.pi / exact(beam, mode) / STEPS_PER_PERIOD
+    dt = 2.0 * math.pi / exact / STEPS_PER_PERIOD
     spec = RolloutSpec(start, np.zeros((PERIODS * STEPS_PER_PERIOD, 2, 6)), dt)
     motion = rod.linearize(spec, state_directions=direction, with_actions=False)
     amplitudes = motion.d_positions_d_state[:, :, 2, 0] @ shape
-    return _angular_frequency(amplitudes, dt)
+    return 100.0 * abs(_angular_frequency(amplitudes, dt) / exact - 1.0)
 
 
 def _angular_frequency(amplitudes: Float64[np.ndarray, "H"], dt: float) -> float:
@@ -113,17 +94,11 @@ def _angular_frequency(amplitudes: Float64[np.ndarray, "H"], dt: float) -> float
     (c1, c2), *_ = np.linalg.lstsq(before, amplitudes[2:], rcond=None)
     factor = np.roots([1.0, -c1, c2])[0]
     # R(z) = (1 + (1 - 2 gamma) z) / (1 - gamma z)^2 = factor, a quadratic equation in z.
+    gamma = 1.0 - math.sqrt(0.5)
     candidates = np.roots(
-        [factor * _GAMMA**2, -2.0 * factor * _GAMMA - 1.0 + 2.0 * _GAMMA, factor - 1.0]
+        [factor * gamma**2, -2.0 * factor * gamma - 1.0 + 2.0 * gamma, factor - 1.0]
     )
     return float(abs(min(candidates, key=abs).imag)) / dt
-
-
-def _frame_places(rod: Rod) -> Float64[np.ndarray, "m"]:
-    """Return the arc lengths of the rod's frames, in units of its length."""
-    left, right = rod.model.clamps
-    edges = (np.arange(rod.node_count - 1) + 0.5) / (rod.node_count - 1)
-    return np.concatenate([np.zeros(left), edges, np.ones(right)])
 
 
 BEAMS: dict[str, Beam] = {
@@ -131,17 +106,15 @@ BEAMS: dict[str, Beam] = {
     "cantilever": Beam("clamped", "free"),
     "pinned": Beam("pinned", "pinned"),
 }
-"""Beams by the hold of their ends."""
-CASES: tuple[Case, ...] = tuple(
+CASES = tuple(
     Case(
         f"{name}, mode {mode}",
         "%",
         partial(error, beam, mode),
-        NODE_COUNTS,
-        {40: MAX_ERROR[mode]},
+        (10, 20, 40, 80, 160),
+        {40: bound},
         1.8,
     )
     for name, beam in BEAMS.items()
-    for mode in MODES
+    for mode, bound in MAX_ERROR.items()
 )
-"""Cases of the table."""

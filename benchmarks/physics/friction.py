@@ -8,40 +8,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from benchmarks.physics.convergence import Case, Error
+from benchmarks.physics.cases import Case
 from lariat.geometry import Obstacle, pack, poses
 from lariat.rod import Rod, RodProperties, RodState, RolloutSpec, state_along
 
-GRAVITY = 9.81
-"""Gravitational acceleration [m/s^2]."""
-COEFFICIENT = 0.3
-"""Coefficient of friction [-]."""
-NODE_COUNTS = (40, 80, 160)
-"""Numbers of nodes of the rods."""
-STEPS = (1.0, 5.0, 20.0)
-"""Time steps of the slope and of the post [ms]."""
-POST = 0.02
-"""Radius of the post [m]."""
-BAR = 0.05
-"""Radius of the bar, and of the round edge of the table [m]."""
+GRAVITY, COEFFICIENT = 9.81, 0.3
+"""Gravitational acceleration [m/s^2], and coefficient of friction [-]."""
+POST, BAR = 0.02, 0.05
+"""Radius of the post; of the bar, and of the round edge of the table [m]."""
 THIN = RodProperties(1.0, 0.001, 0.02, 1e5, damping=1.0, contact_stiffness=1e6, contact_margin=1e-4)
 """Thin rope that hangs; its length is that of the case."""
 SLIDING = 0.004
 """Motion of a rope that slides, in `HELD_STEPS` steps without inertia [m]."""
 HELD_STEPS, HELD_STEP = 60, 0.05
 """Steps that tell a rope that slides from one that stays, and their duration [s]."""
-MAX_ERROR = 2.0
-"""Largest error of a load [%]."""
-MAX_MOTION = 1e-3
-"""Largest motion of a rope that stays [mm]."""
 ACROSS = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
 """Orientation of a cylinder along y."""
-FREE = np.array([1.0, 0.0, 0.0, 0.0])
-"""Orientation of an end that is not clamped."""
 
 
 def slope_motion(
@@ -71,8 +58,7 @@ def slope_motion(
     load = GRAVITY * math.cos(angle) * rope.linear_density
     depth = math.sqrt(2.0 * rope.contact_margin * load / rope.effective_contact_stiffness)
     height = 0.5 * rope.diameter + rope.contact_margin - depth
-    away = (0.0, 1.0, height) if across else (1.0, 0.0, height)
-    start = rod.straight((0.0, 0.0, height), away)
+    start = rod.straight((0.0, 0.0, height), (0.0, 1.0, height) if across else (1.0, 0.0, height))
     spec = RolloutSpec(start, np.zeros((1, 2, 6)), dt, round(seconds / dt), obstacles=slope)
     moved = rod.rollout(spec).positions[-1] - start.positions
     return float(np.max(np.abs(moved[:, :2])))
@@ -93,13 +79,13 @@ def post_exponent(
     length = math.pi * centre + 2.0 * lead
     rope = RodProperties(length, 2.0 * radius, 0.02, 2e4, damping=20.0, contact_margin=1e-4)
     rod = Rod(rope, node_count, "pinned", "pinned", (0.0, 0.0, 0.0))
-    start = _over(rod, lead, centre)
     post = pack([Obstacle("cylinder", (0, 0, 0), ACROSS, POST, height=0.5, friction=coefficient)])
     actions = np.zeros((round(1.2 / dt), 2, 6))
     loading = round(0.2 / dt)
     actions[:loading, :, 2] = -0.5 * length / rope.stretch_stiffness / 0.2
     actions[loading:, :, 2] = 0.002, -0.002
-    final = rod.rollout(RolloutSpec(start, actions, dt, obstacles=post)).final
+    spec = RolloutSpec(_over(rod, lead, centre), actions, dt, obstacles=post)
+    final = rod.rollout(spec).final
     edges = np.diff(final.positions, axis=0) / rod.edge_length
     forces = edges - poses.rotate(final.orientations, np.array([0.0, 0.0, 1.0]))
     tensions = np.linalg.norm(forces, axis=1)
@@ -127,9 +113,9 @@ def bar_motion(share: float, node_count: int = 80, short: float = 0.05) -> float
     growth, centre = math.exp(thin * math.pi), BAR + radius
     weight = 2.0 * thin / (1.0 + thin**2) * (growth + 1.0)
     long = share * (growth * short + centre * weight)
-    rod = _hanging(short + math.pi * centre + long, node_count)
+    rope = replace(THIN, length=short + math.pi * centre + long)
     bar = Obstacle("cylinder", (0.0, 0.0, 0.0), ACROSS, BAR, height=0.5, friction=COEFFICIENT)
-    return _motion(rod, _over(rod, short, centre), [bar])
+    return _motion(rope, node_count, short, centre, [bar])
 
 
 def edge_motion(share: float, node_count: int = 80, rough: bool = True) -> float:
@@ -146,15 +132,10 @@ def edge_motion(share: float, node_count: int = 80, rough: bool = True) -> float
     sine, cosine = 2.0 * thin / (1.0 + thin**2), (1.0 - thin**2) / (1.0 + thin**2)
     growth = math.exp(0.5 * thin * math.pi)
     hanging = growth * (COEFFICIENT * lying - centre * cosine) + centre * sine
-    rod = _hanging(lying + 0.5 * math.pi * centre + share * hanging, node_count)
+    rope = replace(THIN, length=lying + 0.5 * math.pi * centre + share * hanging)
     table = Obstacle("box", (-0.5, 0.0, -0.05), size=(1.0, 0.5, 0.1), friction=COEFFICIENT)
     roller = Obstacle("cylinder", (0.0, 0.0, -BAR), ACROSS, BAR, height=0.5, friction=edge)
-    return _motion(rod, _over(rod, lying, centre, lies=True), [table, roller])
-
-
-def _hanging(length: float, node_count: int) -> Rod:
-    rope = RodProperties(**{**THIN.__dict__, "length": length})
-    return Rod(rope, node_count, "free", "free")
+    return _motion(rope, node_count, lying, centre, [table, roller], lies=True)
 
 
 def _over(rod: Rod, lead: float, centre: float, lies: bool = False) -> RodState:
@@ -173,72 +154,67 @@ def _over(rod: Rod, lead: float, centre: float, lies: bool = False) -> RodState:
     before, after = np.minimum(s, 0.0), np.maximum(s - arc * centre, 0.0)
     x = centre * np.sin(angle) + before * math.cos(first)
     z = centre * np.cos(angle) - before * math.sin(first) - after
-    drop = BAR if lies else 0.0
-    nodes = np.stack([x, np.zeros_like(x), z - drop], axis=1)
-    return state_along(nodes, FREE, FREE, rod.model.clamps)
+    nodes = np.stack([x, np.zeros_like(x), z - (BAR if lies else 0.0)], axis=1)
+    unclamped = np.array([1.0, 0.0, 0.0, 0.0])
+    return state_along(nodes, unclamped, unclamped, rod.model.clamps)
 
 
-def _motion(rod: Rod, start: RodState, bodies: list[Obstacle]) -> float:
-    durations = np.full(HELD_STEPS, HELD_STEP)
-    still = np.zeros((HELD_STEPS, 2, 6))
-    motion, _stable = rod.settle(start, still, durations, pack(bodies))
+def _motion(
+    rope: RodProperties,
+    node_count: int,
+    lead: float,
+    centre: float,
+    bodies: list[Obstacle],
+    lies: bool = False,
+) -> float:
+    """Return how far a rope over bodies moves after the loads have come on [m]; see `_over`."""
+    rod = Rod(rope, node_count, "free", "free")
+    durations, still = np.full(HELD_STEPS, HELD_STEP), np.zeros((HELD_STEPS, 2, 6))
+    motion, _ = rod.settle(_over(rod, lead, centre, lies), still, durations, pack(bodies))
     # Loads come on in the first third: the rope stretches, and its slips grow.
     moved = motion.positions[-1] - motion.positions[HELD_STEPS // 3]
     return float(np.linalg.norm(moved, axis=1).max())
 
 
-def critical_error(motion: Callable[[float, int], float], node_count: int) -> Error:
+def slope_error(dt: float, node_count: int) -> float:
+    """Return the motion of a rope on a slope on which it must stay [mm]."""
+    return 1e3 * slope_motion(0.97, node_count, dt)
+
+
+def post_error(radius: float, dt: float, node_count: int) -> float:
+    """Return the error of the growth of tension round a post [%]."""
+    return 100.0 * abs(post_exponent(radius, node_count, dt) / post_truth(radius) - 1.0)
+
+
+def critical_error(motion: Callable[[float, int], float], node_count: int) -> float:
     """Return the error of the load at which a rope begins to slide [%]."""
     low, high = 0.9, 1.1
     for _ in range(7):
         middle = 0.5 * (low + high)
-        if motion(middle, node_count) > SLIDING:
-            high = middle
-        else:
-            low = middle
-    return Error(abs(50.0 * (low + high) - 100.0))
+        slides = motion(middle, node_count) > SLIDING
+        low, high = (low, middle) if slides else (middle, high)
+    return abs(50.0 * (low + high) - 100.0)
 
 
-def _slope(dt: float, node_count: int) -> Error:
-    return Error(1e3 * slope_motion(0.97, node_count, dt))
-
-
-def _post(radius: float, dt: float, node_count: int) -> Error:
-    exponent, truth = post_exponent(radius, node_count, dt), post_truth(radius)
-    return Error(100.0 * abs(exponent / truth - 1.0))
-
-
-def _bounds(bound: float) -> dict[int, float]:
-    return dict.fromkeys(NODE_COUNTS, bound)
-
-
-CASES: tuple[Case, ...] = (
-    *(
-        Case(f"slope at 0.97, {h:.0f} ms", "mm", partial(_slope, 1e-3 * h), NODE_COUNTS, b)
-        for h in STEPS
-        for b in (_bounds(MAX_MOTION),)
-    ),
-    *(
-        Case(
-            f"post, {1e3 * r:g} mm, {h:.0f} ms",
+CASES = tuple(
+    Case(name, unit, error, (40, 80, 160), dict.fromkeys((40, 80, 160), bound))
+    for name, unit, error, bound in (
+        *(
+            (f"slope at 0.97, {h:.0f} ms", "mm", partial(slope_error, 1e-3 * h), 1e-3)
+            for h in (1.0, 5.0, 20.0)
+        ),
+        *(
+            (f"post, {1e3 * r:g} mm, {h:.0f} ms", "%", partial(post_error, r, 1e-3 * h), 2.0)
+            for r in (0.0005, 0.004)
+            for h in (1.0, 5.0, 20.0)
+        ),
+        ("bar", "%", partial(critical_error, bar_motion), 2.0),
+        ("table, rough edge", "%", partial(critical_error, edge_motion), 2.0),
+        (
+            "table, smooth edge",
             "%",
-            partial(_post, r, 1e-3 * h),
-            NODE_COUNTS,
-            _bounds(MAX_ERROR),
-        )
-        for r in (0.0005, 0.004)
-        for h in STEPS
-    ),
-    Case("bar", "%", partial(critical_error, bar_motion), NODE_COUNTS, _bounds(MAX_ERROR)),
-    *(
-        Case(
-            f"table, {name} edge",
-            "%",
-            partial(critical_error, partial(edge_motion, rough=name == "rough")),
-            NODE_COUNTS,
-            _bounds(MAX_ERROR),
-        )
-        for name in ("rough", "smooth")
-    ),
+            partial(critical_error, partial(edge_motion, rough=False)),
+            2.0,
+        ),
+    )
 )
-"""Cases of the table."""

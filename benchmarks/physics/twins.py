@@ -8,17 +8,15 @@ of a measured one, all markers are evenly spread over the rope, and its grips be
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import get_args
 
 import numpy as np
 from jaxtyping import Float64
 from scipy.interpolate import CubicSpline
 
-from benchmarks.campaign import Campaign, Workers
-from benchmarks.tables import Result, publish
+from benchmarks.campaign import CAMPAIGN_DEFAULTS, CampaignOptions, Trial, groups
+from benchmarks.tables import Flat, Result
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.identification import Grip, check_motion, findings, identify
@@ -29,7 +27,6 @@ from lariat.simulation.plants.mujoco_plant import MujocoPlant
 from lariat.simulation.plants.mujoco_rope import MujocoRope
 
 NODE_COUNT = 81
-"""Nodes of the plant."""
 MAX_TIMESTEP = 5e-4
 """Longest time step of the plant [s]; longer ones would add to its internal damping."""
 LINEAR_DENSITY, DIAMETER = 0.05, 0.008
@@ -44,40 +41,13 @@ QUANTILE = 1.645
 
 @dataclass(frozen=True)
 class TwinSpec:
-    """Twin of one seed."""
+    """Twin of one seed, and the kind of its boundary motion, which `identify` is told."""
 
     grip: Grip
-    """Kind of its boundary motion, which `identify` is told."""
     seed: int
-    """Seed of rope, motion, markers and noise."""
 
 
-@dataclass(frozen=True)
-class TwinTrial:
-    """Identified values of a twin."""
-
-    spec: TwinSpec
-    """Its specification."""
-    markers: int
-    """Number of markers."""
-    rate: float
-    """Frames per second [Hz]."""
-    noise: float
-    """Standard deviation of a coordinate of a marker [m]."""
-    errors: dict[str, float]
-    """Logarithm of found over true value, by parameter [-]."""
-    deviations: dict[str, float]
-    """Stated standard deviation of it [-]."""
-
-
-def run(
-    count: int = 20,
-    seed: int = 0,
-    results: Path | None = None,
-    workers: Workers = 1,
-    json: bool = False,
-    output: Path | None = None,
-) -> int:
+def run(count: int = 20, seed: int = 0, options: Flat[CampaignOptions] = CAMPAIGN_DEFAULTS) -> int:
     """Identify seeded twins, and count the true values in the stated 90 % intervals.
 
     Plant: MuJoCo's links, 81 nodes; sensed: 8 to 31 markers at 50 to 120 Hz with 0 to 2 mm of
@@ -90,53 +60,36 @@ def run(
     Args:
         count: Twins of either kind.
         seed: Seed of the first one.
-        results: File of finished twins, which are not identified again.
-        workers: Number of processes, or the address of a Dask scheduler.
-        json: Print one JSON object instead of a table.
-        output: Folder for the table as CSV.
     """
     specs = [TwinSpec(grip, seed + k) for k in range(count) for grip in get_args(Grip)]
-    trials = Campaign(run_trial, TwinTrial, _line).trials(specs, results, workers)
-    conditions = "plant: MuJoCo links, n = 81; model: n = 20 to 60"
-    publish([Result("twins", rows(trials), conditions)], json, output)
+    trials = options.trials(run_trial, specs)
+    rows = []
+    for (grip,), of_kind in groups(trials, "grip").items():
+        for name in of_kind[0]["errors"]:
+            errors = np.array([trial["errors"][name] for trial in of_kind])
+            deviations = np.array([trial["deviations"][name] for trial in of_kind])
+            inside = np.sum(np.abs(errors) < QUANTILE * deviations)
+            rows.append(
+                {
+                    "grips": grip,
+                    "parameter": name.replace("_", " "),
+                    "in 90 % interval": f"{inside} of {len(of_kind)}",
+                    "rms error / stated": float(np.sqrt(np.mean((errors / deviations) ** 2))),
+                    "median error %": 100.0 * float(np.median(np.abs(errors))),
+                    "median stated %": 100.0 * float(np.median(deviations)),
+                }
+            )
+    options.publish(Result("twins", rows, "plant: MuJoCo links, n = 81; model: n = 20 to 60"))
     return 0
 
 
-def run_trial(spec: TwinSpec) -> TwinTrial:
-    """Identify one twin."""
+def run_trial(spec: TwinSpec) -> Trial:
+    """Identify one twin: logarithms of found over true values, and their stated deviations [-]."""
     random = np.random.default_rng(spec.seed)
     markers = int(random.integers(8, 32))
     rate, noise = random.uniform(50.0, 120.0), random.uniform(0.0, 2e-3)
-    rope = _rope(random)
-    frames = round(DURATION * rate)
-    marker_arcs = np.linspace(0.0, 1.0, markers if spec.grip == "measured" else markers - 2)
-    # Steps that end at the frames: else the free markers lag behind the grips by up to one.
-    step = 1.0 / (rate * math.ceil(1.0 / (rate * MAX_TIMESTEP)))
-    plant = MujocoPlant(LinkedRope(rope), timestep=step)
-    vertices = np.array(
-        [
-            _record(plant, rope.length, marker_arcs, spec.grip, frames, 1.0 / rate, random)
-            for _ in range(SEQUENCES)
-        ]
-    )
-    vertices = vertices + noise * random.normal(size=vertices.shape)
-    motion = check_motion(vertices, 1.0 / rate, [0, 1, -2, -1])
-    identified = {f.name: f for f in findings(identify(replace(motion, grip=spec.grip)))}
-    true = _true_values(rope, markers, spec.grip)
-    return TwinTrial(
-        spec,
-        markers,
-        rate,
-        noise,
-        {name: math.log(identified[name].value / value) for name, value in true.items()},
-        {name: identified[name].standard_deviation / identified[name].value for name in true},
-    )
-
-
-def _rope(random: np.random.Generator) -> MujocoRope:
-    """Return a rope of random length, stiffness and dampings."""
     stiffness = LINEAR_DENSITY * math.exp(random.uniform(math.log(0.006), math.log(0.04)))
-    return MujocoRope(
+    rope = MujocoRope(
         random.uniform(0.5, 0.9),
         DIAMETER,
         NODE_COUNT,
@@ -145,16 +98,30 @@ def _rope(random: np.random.Generator) -> MujocoRope:
         damping=random.uniform(0.3, 1.5),
         internal_damping=random.uniform(0.01, 0.04),
     )
-
-
-def _true_values(rope: MujocoRope, markers: int, grip: Grip) -> dict[str, float]:
-    share = 1.0 if grip == "clamped" else (markers - 3) / (markers - 1)
-    return {
+    clamped = spec.grip == "clamped"
+    arcs = np.linspace(0.0, 1.0, markers - 2 if clamped else markers)
+    # Steps that end at the frames: else the free markers lag behind the grips by up to one.
+    step = 1.0 / (rate * math.ceil(1.0 / (rate * MAX_TIMESTEP)))
+    plant = MujocoPlant(LinkedRope(rope), timestep=step)
+    vertices = np.array(
+        [_record(plant, rope.length, arcs, clamped, rate, random) for _ in range(SEQUENCES)]
+    )
+    vertices = vertices + noise * random.normal(size=vertices.shape)
+    motion = check_motion(vertices, 1.0 / rate, [0, 1, -2, -1])
+    identified = {f.name: f for f in findings(identify(replace(motion, grip=spec.grip)))}
+    true = {
         "stiffness": rope.bending_stiffness / LINEAR_DENSITY,
         "twist_ratio": 1.0 / (1.0 + rope.poisson_ratio),
         "damping": rope.damping,
         "internal_damping": rope.internal_damping,
-        "length": share * rope.length,
+        "length": (1.0 if clamped else (markers - 3) / (markers - 1)) * rope.length,
+    }
+    return {
+        "markers": markers,
+        "rate": rate,
+        "noise": noise,
+        "errors": {n: math.log(identified[n].value / value) for n, value in true.items()},
+        "deviations": {n: identified[n].standard_deviation / identified[n].value for n in true},
     }
 
 
@@ -162,12 +129,12 @@ def _record(
     plant: MujocoPlant,
     length: float,
     marker_arcs: Float64[np.ndarray, "k"],
-    grip: Grip,
-    frames: int,
-    dt: float,
+    clamped: bool,
+    rate: float,
     random: np.random.Generator,
 ) -> Float64[np.ndarray, "T V 3"]:
     """Return markers of a rope whose grips swing and tilt, without roll [m]."""
+    frames, dt = round(DURATION * rate), 1.0 / rate
     t = dt * np.arange(frames)[:, None, None, None]
     pace, phase = random.uniform(3.0, 9.0, (3, 2, 6)), random.uniform(0.0, 2 * np.pi, (3, 2, 6))
     size = np.array([0.035, 0.035, 0.035, 0.12, 0.12, 0.12])
@@ -186,20 +153,18 @@ def _record(
     velocity = np.gradient(places, dt, axis=0)
     recorded = []
     for k in range(frames):
-        ends = [
-            EndMotion(
-                Pose(places[k, end], turned[end][k]), velocity[k, end], _spin(turned[end], k, dt)
-            )
-            for end in (0, 1)
-        ]
+        left, right = (
+            EndMotion(Pose(places[k, end], q[k]), velocity[k, end], _spin(q, k, dt))
+            for end, q in enumerate(turned)
+        )
         if k == 0:
-            plant.reset(ends[0].pose, ends[1].pose)
+            plant.reset(left.pose, right.pose)
         else:
-            plant.step(*ends, dt)
+            plant.step(left, right, dt)
         nodes = plant.nodes
         # Markers on chords would make the rope shorter.
         points = CubicSpline(np.linspace(0.0, 1.0, len(nodes)), nodes)(marker_arcs)
-        if grip == "clamped":
+        if clamped:
             back = MARKER_DISTANCE * axes[k] * np.array([[-1.0], [1.0]])
             points = np.vstack([places[k, 0] + back[0], points, places[k, 1] + back[1]])
         recorded.append(points)
@@ -211,30 +176,3 @@ def _spin(turned: Float64[np.ndarray, "T 4"], k: int, dt: float) -> Float64[np.n
     before, after = max(k - 1, 0), min(k + 1, len(turned) - 1)
     turn = poses.multiply(turned[after], poses.conjugate(turned[before]))
     return poses.logarithm(turn) / ((after - before) * dt)
-
-
-def _line(trial: TwinTrial) -> str:
-    z = {name: round(trial.errors[name] / trial.deviations[name], 1) for name in trial.errors}
-    return f"{trial.spec.grip} {trial.spec.seed}: errors in standard deviations {z}"
-
-
-def rows(trials: Sequence[TwinTrial]) -> list[dict[str, object]]:
-    """Return coverage and accuracy by kind and parameter."""
-    table = []
-    for grip in get_args(Grip):
-        of_kind = [trial for trial in trials if trial.spec.grip == grip]
-        for name in of_kind[0].errors:
-            errors = np.array([trial.errors[name] for trial in of_kind])
-            deviations = np.array([trial.deviations[name] for trial in of_kind])
-            table.append(
-                {
-                    "grips": grip,
-                    "parameter": name.replace("_", " "),
-                    "in 90 % interval": f"{np.sum(np.abs(errors) < QUANTILE * deviations)}"
-                    f" of {len(of_kind)}",
-                    "rms error / stated": float(np.sqrt(np.mean((errors / deviations) ** 2))),
-                    "median error %": 100.0 * float(np.median(np.abs(errors))),
-                    "median stated %": 100.0 * float(np.median(deviations)),
-                }
-            )
-    return table

@@ -1,19 +1,17 @@
-"""Gradients, speed and robustness of the rod: `lariat bench rod`."""
+"""Speed and robustness of the rod: `lariat bench rod`."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Literal, get_args
 
 from benchmarks.campaign import Workers
-from benchmarks.rod import gradient_errors, hard_cases, times
-from benchmarks.tables import Result, publish
+from benchmarks.rod import hard_cases, times
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 
-Part = Literal["gradients", "speed", "history", "batch", "start", "hard"]
+Part = Literal["speed", "history", "batch", "start", "hard"]
 ALL_PARTS: tuple[Part, ...] = get_args(Part)
 """All parts, in the order of their tables."""
 CONDITIONS: dict[Part, str] = {
-    "gradients": "relative errors of adjoint gradients of 5 steps of 10 ms, in contact with a bar",
     "speed": "least processor time of 5 steps of 10 ms of a moving rod among four obstacles",
     "history": "least processor time of 20 steps of 10 ms of a rope drawn along a table, n = 40",
     "batch": "64 ropes, n = 40, 5 steps of 10 ms, no obstacles; wall time",
@@ -27,34 +25,29 @@ def run(
     part: tuple[Part, ...] = ALL_PARTS,
     cases: int = 1000,
     workers: Workers = 1,
-    json: bool = False,
-    output: Path | None = None,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
-    """Measure gradients, speed, start-up and robustness of the rod.
+    """Measure speed, start-up and robustness of the rod.
 
-    The parts are: `gradients` (adjoint against finite differences), `speed` (time of roll-outs and
-    gradients by number of nodes), `history` (what set and friction add to them), `batch`
-    (throughput of many rods on threads), `start` (time until the first gradient of a process) and
-    `hard` (rods that are yanked and start inside an obstacle).
+    The parts are: `speed` (time of roll-outs and gradients by number of nodes), `history` (what set
+    and friction add to them), `batch` (throughput of many rods on threads), `start` (time until the
+    first gradient of a process) and `hard` (rods that are yanked and start inside an obstacle).
     The rod is measured alone: no plant, camera or adaptation.
 
     Examples:
-      lariat bench rod --part speed gradients
+      lariat bench rod --part speed batch
 
     Args:
         part: Parts to measure; all by default.
         cases: Number of random rods of the part `hard`.
         workers: Number of processes for `hard`, or the address of a Dask scheduler.
-        json: Print one JSON object instead of tables.
-        output: Folder for the tables as CSV.
     """
     measures = {
-        "gradients": gradient_errors.rows,
         "speed": times.by_size,
         "history": times.by_history,
         "batch": times.by_batch,
         "start": times.first_launch,
         "hard": lambda: [hard_cases.measure(cases, workers)],
     }
-    publish([Result(name, measures[name](), CONDITIONS[name]) for name in part], json, output)
+    options.publish(*(Result(name, measures[name](), CONDITIONS[name]) for name in part))
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,12 +17,11 @@ from benchmarks.child_processes import child_processes
 from benchmarks.conditions import Conditions
 from benchmarks.faults.hostile_publisher import drawn, publishing
 from benchmarks.live_stack import LiveStack
-from benchmarks.operator import RESET_TIMEOUT, DeadlineMissed, Operator
+from benchmarks.operator import RESET_TIMEOUT, Operator
 from benchmarks.repeated_runs import RepeatedRuns
 from benchmarks.speed.live import latencies
 from benchmarks.speed.pages import OpenPages
-from benchmarks.speed.samples import Sample, sample_of, trends
-from benchmarks.tables import Result, publish
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.scenario import Scenario, load
 from lariat.scenario.shipped import find
 from lariat.trajectory import SECOND
@@ -33,7 +32,6 @@ from shared.ros2.node import Node
 from shared.ros2.router import environment_domain
 from shared.ros2.table import Table
 from stack import services
-from stack.client import RequestFailed
 from stack.simulation.simulated_time import START
 
 DEFAULT_SCENARIO = find("three-cylinders")
@@ -44,6 +42,27 @@ SAMPLE_PERIOD = 10.0
 """Time between two samples of a live stack [s]."""
 LATENCY_RECORDINGS = 5
 """Largest number of recordings that latencies are read from."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """State of one process at one time."""
+
+    process: str
+    """Name of the process."""
+    minutes: float
+    """Time of operation so far [min]."""
+    memory_mb: float
+    """Resident memory [MB]."""
+    files: int
+    """Number of open files and sockets."""
+    threads: int
+    processor_s: float
+    """Processor time that the process has used since it began [s]."""
+    step_p99_ms: float = 0.0
+    """99th percentile of the step times of the last second [ms]; 0 where there are no steps."""
+    period_ms: float = 0.0
+    """Period of the steps [ms]; 0 where there are no steps."""
 
 
 @dataclass
@@ -76,8 +95,7 @@ def run(
     hostile_rate: float = 0.0,
     ros2: bool = False,
     scenario: Path = DEFAULT_SCENARIO,
-    json: bool = False,
-    output: Path | None = None,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Run back to back for hours, and show whether memory, files, threads or step times grow.
 
@@ -99,8 +117,6 @@ def run(
             refuses [Hz].
         ros2: Whether it joins ROS 2's graph, where another node subscribes to all of its topics.
         scenario: Scenario of the runs.
-        json: Print one JSON object instead of tables.
-        output: Folder for the tables as CSV.
 
     Returns:
         0 when every run reached its goal, 1 otherwise.
@@ -124,7 +140,7 @@ def run(
         tables.append(Result(name, trends(done.samples), "; ".join(words)))
         if done.latency:
             tables.append(Result("latencies", done.latency, "from the exposure of an image"))
-    publish(tables, json, output)
+    options.publish(*tables)
     return 1 if any(done.failures for _, done, _ in operations) else 0
 
 
@@ -173,14 +189,10 @@ def live(
             cleanup.callback(_subscriber(stack.ros2_router, loaded).close)
         begun = sampled = time.monotonic()
         while (now := time.monotonic()) - begun < 60.0 * minutes:
-            operator.states.clear()
-            try:
-                operator.run_to_goal(limit)
+            if failure := operator.run_and_reset(limit):
+                operation.failures.append(failure)
+            else:
                 operation.runs += 1
-            except DeadlineMissed as missed:
-                operation.failures.append(str(missed))
-            with suppress(RequestFailed, DeadlineMissed):
-                operator.reset()
             if now - sampled >= SAMPLE_PERIOD:
                 sampled = now
                 operation.add(list(_live_samples(stack.pid, operator, (now - begun) / 60.0)))
@@ -218,3 +230,46 @@ def _live_samples(launcher: int, operator: Operator, minutes: float) -> Iterator
         if pid not in stepping:
             with suppress(psutil.Error):
                 yield sample_of(name, pid, minutes)
+
+
+def sample_of(process: str, pid: int | None, minutes: float, *steps: float) -> Sample:
+    """Return a sample of a running process; of this one where its id is None.
+
+    Raises:
+        psutil.NoSuchProcess: There is no such process.
+    """
+    running = psutil.Process(pid)
+    times, memory = running.cpu_times(), running.memory_info().rss / 2**20
+    used = times.user + times.system
+    return Sample(process, minutes, memory, running.num_fds(), running.num_threads(), used, *steps)
+
+
+def trends(samples: Sequence[Sample]) -> list[dict[str, object]]:
+    """Return the change of each process, without its first tenth, which warms up.
+
+    Step times are medians of the first and of the last half.
+    """
+    names = dict.fromkeys(sample.process for sample in samples)
+    return [_trend([s for s in samples if s.process == name]) for name in names]
+
+
+def _trend(samples: Sequence[Sample]) -> dict[str, object]:
+    rows = samples[len(samples) // 10 :]
+    first, last = rows[0], rows[-1]
+    hours = np.array([row.minutes for row in rows]) / 60.0
+    slope = np.polyfit(hours, [row.memory_mb for row in rows], 1)[0] if np.ptp(hours) > 0.0 else 0.0
+    steps = [row.step_p99_ms for row in rows]
+    half = max(len(rows) // 2, 1)
+    seconds = 60.0 * (last.minutes - first.minutes)
+    used = last.processor_s - first.processor_s
+    return {
+        "process": first.process,
+        "samples": len(rows),
+        "memory_mb": (round(first.memory_mb, 1), round(last.memory_mb, 1)),
+        "memory_mb_per_hour": round(float(slope), 2),
+        "files": (min(r.files for r in rows), max(r.files for r in rows)),
+        "threads": (min(r.threads for r in rows), max(r.threads for r in rows)),
+        "processor_percent": round(100.0 * used / seconds, 1) if seconds > 0.0 else 0.0,
+        "step_p99_ms": [round(float(np.median(s)), 2) for s in (steps[:half], steps[-half:])],
+        "period_ms": round(last.period_ms, 3),
+    }

@@ -13,7 +13,7 @@ import numpy as np
 import tyro
 
 from benchmarks.conditions import Conditions
-from benchmarks.tables import Result, publish
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.configuration import ConfigurationError
 from lariat.scenario import Scenario
 from lariat.scenario.settings import load_with
@@ -34,8 +34,7 @@ def run(
     ] = (),
     against: Path | None = None,
     count: int = 3,
-    json: bool = False,
-    output: Path | None = None,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Print where the time of `lariat run` goes, by process; with --against, which clone is faster.
 
@@ -50,8 +49,6 @@ def run(
         set: Replaces one value of the scenario; may be repeated.
         against: Folder of another clone.
         count: Number of runs of each clone.
-        json: Print one JSON object instead of a table.
-        output: Folder for the table as CSV.
     """
     loaded = load_with(scenario, set, None)
     conditions = str(Conditions.of(loaded))
@@ -60,7 +57,7 @@ def run(
     else:
         rows, words = process_times(loaded)
         table = Result("processes", rows, f"{words}; {conditions}")
-    publish([table], json, output)
+    options.publish(table)
     return 0
 
 

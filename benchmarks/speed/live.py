@@ -19,7 +19,7 @@ import numpy as np
 import tyro
 
 from benchmarks.conditions import Conditions
-from benchmarks.tables import Result, publish
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.configuration import ConfigurationError
 from lariat.scenario.cameras import DEFAULT_CAMERA
 from lariat.trajectory import SECOND
@@ -39,8 +39,7 @@ STAGES = ("image published", "rope published", "setpoints published", "setpoints
 def run(
     file: Annotated[Path | None, tyro.conf.Positional] = None,
     /,
-    json: bool = False,
-    output: Path | None = None,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Print the step times and the latency of a live run, from its recording.
 
@@ -53,8 +52,6 @@ def run(
 
     Args:
         file: Recording of `lariat up`; by default the newest one in recordings/.
-        json: Print one JSON object instead of tables: `steps` and `latencies`.
-        output: Folder for the tables as CSV.
     """
     path = file or _newest()
     try:
@@ -68,7 +65,7 @@ def run(
     with tempfile.TemporaryDirectory() as folder:
         conditions = f"{path}; {Conditions.of(recording.scenario(Path(folder)).live)}"
     latency = Result("latencies", delays, "from the exposure of an image")
-    publish([Result("steps", rows, conditions), latency], json, output)
+    options.publish(Result("steps", rows, conditions), latency)
     return 0
 
 

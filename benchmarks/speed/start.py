@@ -14,7 +14,7 @@ from statistics import median
 from benchmarks.child_processes import child_processes, processor_times
 from benchmarks.live_stack import LiveStack
 from benchmarks.speed.first_view import find_browser, first_view
-from benchmarks.tables import Result, publish
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.scenario import find
 
 CHECK = "check of the scenario"
@@ -29,8 +29,7 @@ def run(
     scenario: Path = Path("three-cylinders"),
     count: int = 3,
     browser: bool = False,
-    json: bool = False,
-    output: Path | None = None,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Start a stack several times, and measure when it is ready and what each process takes.
 
@@ -46,14 +45,12 @@ def run(
         count: Number of starts.
         browser: Also open the page in headless Chromium once all are ready, and measure when it
             first shows something, and when its controls are there.
-        json: Print one JSON object instead of a table.
-        output: Folder for the table as CSV.
     """
     path = find(scenario)
     program = find_browser() if browser else None
     starts = [measure_start(path, program) for _ in range(1 + count)][1:]
     conditions = f"{scenario}, median of {count} starts"
-    publish([Result("starts", list(medians(starts)), conditions)], json, output)
+    options.publish(Result("starts", list(medians(starts)), conditions))
     return 0
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.compare import continuum, mujoco_ropes, our_rod, picture
+from benchmarks.compare import bench, continuum, mujoco_ropes, our_rod
 from benchmarks.compare.motion import actions, grip_path, rest_state
 from lariat.geometry import poses
 
@@ -24,7 +24,7 @@ def test_short_steps_of_the_grips_end_where_long_ones_do() -> None:
 def test_errors_of_more_nodes_and_shorter_steps_are_smaller() -> None:
     there = continuum.solve(MOVES)
     errors = [
-        there.moving_errors(our_rod.rod("sdirk2", n, substeps, "").start(MOVES).run()).mean()
+        there.moving_errors(our_rod.rod("sdirk2", n, substeps).start(MOVES).run()).mean()
         for n, substeps in ((10, 1), (20, 2), (40, 5))
     ]
     assert errors[0] > 4.0 * errors[1] > 16.0 * errors[2]
@@ -34,7 +34,7 @@ def test_errors_of_more_nodes_and_shorter_steps_are_smaller() -> None:
 @pytest.mark.parametrize("name", mujoco_ropes.ROPES)
 def test_ropes_of_the_engine_follow_the_same_motion(name: str) -> None:
     path = mujoco_ropes.rope(name, 20, 0.002).start(MOVES).run()
-    ours = our_rod.rod("sdirk2", 20, 5, "").start(MOVES).run()
+    ours = our_rod.rod("sdirk2", 20, 5).start(MOVES).run()
     assert np.linalg.norm(path - ours, axis=2).max() < 3e-3
     # Far less than the motion itself.
     assert np.linalg.norm(ours[-1] - rest_state(20).positions, axis=1).max() > 6e-3
@@ -45,4 +45,4 @@ def test_the_front_leaves_out_settings_that_a_faster_one_beats() -> None:
         {"us": us, "moving_mm": error}
         for us, error in ((30, 1.0), (10, 2.0), (20, 3.0), (40, 0.99))
     ]
-    assert [row["us"] for row in picture.unbeaten(rows, "moving_mm")] == [10, 30]
+    assert [row["us"] for row in bench.unbeaten(rows, "moving_mm")] == [10, 30]

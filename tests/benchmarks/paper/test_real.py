@@ -4,36 +4,25 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.paper.real import (
-    ROPES,
-    Experiment,
-    ExperimentRun,
-    scenario_of,
-    table_2,
-    table_3,
-)
+from benchmarks.campaign import Trial
+from benchmarks.paper.real import PAPER_ERRORS, Experiment, table_2, table_3
 
 
-def finished(rope: str, goal: int, error_mm: float, reached_s: float | None = 2.0) -> ExperimentRun:
-    return ExperimentRun(
-        Experiment(rope, goal, 4.0, True),
-        error_mm,
-        min_clearance_mm=12.0,
-        reached_s=reached_s,
-        contact_s=0.0,
-        believed_stiffness=8e-4,
-        found_stiffness=(1.8e-4, 0.1e-4),
-        true_stiffness=2e-4,
-        plant="MuJoCo",
-        sensed="camera",
-        reason="reached",
-        curve=[],
-    )
+def finished(rope: str, goal: int, error_mm: float, reached_s: float | None = 2.0) -> Trial:
+    return {
+        "spec": Experiment(rope, goal, 4.0, True),
+        "error_mm": error_mm,
+        "min_clearance_mm": 12.0,
+        "reached_s": reached_s,
+        "believed_stiffness": 8e-4,
+        "found_stiffness": (1.8e-4, 0.1e-4),
+        "true_stiffness": 2e-4,
+    }
 
 
-@pytest.mark.parametrize("rope", ROPES)
+@pytest.mark.parametrize("rope", PAPER_ERRORS)
 def test_controller_believes_a_multiple_of_the_true_stiffness(rope: str) -> None:
-    cell = scenario_of(Experiment(rope, 2, 4.0, False, (320, 240), 0.002, 5.0))
+    cell = Experiment(rope, 2, 4.0, False, (320, 240), 0.002, 5.0).scenario
     assert cell.rope.youngs_modulus == pytest.approx(4.0 * cell.plant_rope.youngs_modulus)
     assert cell.sensing.source == "camera"
     assert cell.sensing.resolution == (320, 240)

@@ -2,63 +2,62 @@ from __future__ import annotations
 
 import json as encoder
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from benchmarks.campaign import CampaignOptions, Trial
 from benchmarks.robustness import bench
-from benchmarks.robustness.bench import row, summary
+from benchmarks.robustness.bench import faults, is_near, row, summary
 from benchmarks.robustness.combinations import Combination, sample
-from benchmarks.robustness.trial import Trial
 from lariat.configuration import ConfigurationError
 
-GOOD = Trial(
-    sample(0, 3),
-    "abc",
-    error_mm=0.2,
-    shape_error_mm=0.1,
-    min_clearance_mm=9.0,
-    touched=False,
-    gave_up=False,
-    leans=False,
-    stiffness=1.05,
-    stiffness_deviation=0.05,
-    stiffness_bound=0.02,
-    place_bound_mm=0.6,
-    noise_ratio=1.5,
-    reason="the time limit has passed",
-)
+GOOD: Trial = {
+    "spec": sample(0, 3),
+    "commit": "abc",
+    "error_mm": 0.2,
+    "shape_error_mm": 0.1,
+    "min_clearance_mm": 9.0,
+    "touched": False,
+    "gave_up": False,
+    "leans": False,
+    "stiffness": 1.05,
+    "stiffness_deviation": 0.05,
+    "stiffness_bound": 0.02,
+    "place_bound_mm": 0.6,
+    "noise_ratio": 1.5,
+    "reason": "the time limit has passed",
+}
 
 
 def test_a_run_is_judged_by_error_contact_and_stiffness() -> None:
-    assert GOOD.faults == []
-    far = replace(GOOD, error_mm=1.5)
-    assert far.faults == ["1.50 mm off"]
-    assert replace(far, leans=True).faults == []
-    assert replace(GOOD, touched=True).faults == ["touched"]
-    stiff = replace(GOOD, stiffness=1.4)
-    assert "1.40" in stiff.faults[0]
-    assert len(stiff.faults) == 1
+    assert faults(GOOD) == []
+    far = {**GOOD, "error_mm": 1.5}
+    assert faults(far) == ["1.50 mm off"]
+    assert faults({**far, "leans": True}) == []
+    assert faults({**GOOD, "touched": True}) == ["touched"]
+    stiff = {**GOOD, "stiffness": 1.4}
+    assert "1.40" in faults(stiff)[0]
+    assert len(faults(stiff)) == 1
     # Where the shapes do not tell it, the stiffness is not asked for.
-    assert replace(stiff, stiffness_bound=0.2).faults == []
-    lost = replace(GOOD, error_mm=math.inf, stiffness=math.nan)
-    assert not lost.near
+    assert faults({**stiff, "stiffness_bound": 0.2}) == []
+    lost = {**GOOD, "error_mm": math.inf, "stiffness": math.nan}
+    assert not is_near(lost)
     assert summary([GOOD, far, lost])["at the goal"] == 1
 
 
 def test_a_run_without_adaptation_may_give_up_but_not_miss_its_goal_silently() -> None:
     combination = sample(0, 3, adapts=False)
-    missed = replace(GOOD, spec=combination, error_mm=40.0)
-    assert missed.faults == ["40.00 mm off"]
-    assert replace(missed, gave_up=True).faults == []
-    assert replace(missed, gave_up=True, touched=True).faults == ["touched"]
-    wrong = replace(GOOD, spec=combination, stiffness=2.1)
-    assert wrong.faults == []
+    missed = {**GOOD, "spec": combination, "error_mm": 40.0}
+    assert faults(missed) == ["40.00 mm off"]
+    assert faults({**missed, "gave_up": True}) == []
+    assert faults({**missed, "gave_up": True, "touched": True}) == ["touched"]
+    wrong = {**GOOD, "spec": combination, "stiffness": 2.1}
+    assert faults(wrong) == []
 
 
 def test_table_lists_every_run_with_what_it_missed() -> None:
-    rows = [row(GOOD), row(replace(GOOD, error_mm=1.5, stiffness_bound=0.2))]
+    rows = [row(GOOD), row({**GOOD, "error_mm": 1.5, "stiffness_bound": 0.2})]
     assert [(r["no."], r["missed"]) for r in rows] == [(3, ""), (3, "1.50 mm off")]
     assert [r["EI found / true"] for r in rows] == ["1.05 ± 0.05", "(1.05 ± 0.05)"]
 
@@ -69,10 +68,10 @@ def test_a_combination_that_cannot_be_run_does_not_end_the_campaign(
     def attempt(folder: Path, combination: Combination) -> Trial:
         if combination.number == 3:
             raise ConfigurationError("cannot be run: its goal is inside an obstacle")
-        return replace(GOOD, spec=combination)
+        return {**GOOD, "spec": combination}
 
     monkeypatch.setattr(bench, "run_trial", attempt)
-    assert bench.run(only=(3, 4), folder=tmp_path, json=True) == 1
+    assert bench.run(only=(3, 4), folder=tmp_path, options=CampaignOptions(json=True)) == 1
     out, err = capsys.readouterr()
     assert [r["value"] for r in encoder.loads(out)["summary"] if r["measure"] == "good"] == [1]
     assert "goal is inside an obstacle" in " ".join(err.split())

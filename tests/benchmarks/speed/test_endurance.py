@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.speed import endurance
-from benchmarks.speed.samples import Sample, sample_of, trends
+from benchmarks.speed.endurance import Sample, sample_of, trends
 from cli.__main__ import main
 from lariat.trajectory import SECOND
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.speed import live
+from benchmarks.tables import PrintOptions
 from lariat.configuration import ConfigurationError
 from lariat.scenario import load
 from lariat.trajectory import SECOND
@@ -57,7 +58,7 @@ def test_step_times_are_medians_over_seconds_with_and_without_motion(file: Path)
 def test_bench_prints_one_object_and_refuses_a_recording_without_health(
     file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert live.run(file, json=True) == 0
+    assert live.run(file, options=PrintOptions(json=True)) == 0
     assert json.loads(capsys.readouterr().out)["steps"][0]["p99_ms"] == 14.5
     assert live.run(file) == 0
     said = " ".join(capsys.readouterr().out.split())

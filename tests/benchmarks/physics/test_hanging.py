@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from benchmarks.physics.continuum import equilibrium
-from benchmarks.physics.elasticae import (
+from benchmarks.physics.hanging import (
     CLAMPED_ROPES,
     MAX_MEAN_ERROR,
     MIN_ORDER,
     OTHER_ROPES,
     HeldRope,
-    error,
     level_grip,
 )
 from lariat.geometry.poses import Pose
@@ -35,7 +34,7 @@ ROPES = (
 @pytest.mark.parametrize("name", ROPES)
 def test_rest_shapes_converge_to_the_continuum_with_second_order(name: str) -> None:
     rope = (CLAMPED_ROPES | OTHER_ROPES)[name]
-    coarse, middle, fine = (error(rope, n).value for n in (20, 40, 80))
+    coarse, middle, fine = (rope.rest_error(n) for n in (20, 40, 80))
     assert middle <= MAX_MEAN_ERROR
     assert math.log(coarse / fine) / math.log(79.0 / 19.0) >= MIN_ORDER
 

@@ -20,16 +20,14 @@ from stack.launcher import module_entry
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 from stack.launcher.process import child_command
 
-PROXY_HOST, ARM_HOST = "127.0.0.41", "127.0.0.42"
-"""Address of the proxy, which the gateway connects to, and of the arm behind it."""
-OTHER_ARM_HOST = "127.0.0.43"
-"""Address of a second arm, without a proxy."""
+PROXY_HOST = "127.0.0.41"
+"""Address of the proxy, which the gateway connects to."""
+ARM_HOSTS: dict[Side, str] = {"right": "127.0.0.42", "left": "127.0.0.43"}
+"""Addresses of the arms: of the one behind the proxy, and of a second one without."""
+OBSERVED_SIDE: Side = "right"
+OTHER_SIDE: Side = "left"
 ARM_PORTS = {"v3": (29999, 30003, 30004), "v4": (29999, 30004)}
 """Ports that the proxy forwards, by firmware."""
-OBSERVED_SIDE: Side = "right"
-"""End of the arm that is observed."""
-OTHER_SIDE: Side = "left"
-"""End of a second arm, if any."""
 POWER_ON_TIME = 0.5
 """Time from PowerOn until an emulated arm can be enabled [s]."""
 ARM_NICENESS = -16
@@ -49,66 +47,55 @@ class Arms:
         """
         self.log = folder / "joints.csv"
         """The observed arm's log."""
-        sides = [s for s in (OBSERVED_SIDE, OTHER_SIDE) if load(scenario).end(s).driver == "cr5"]
+        sides = [side for side in ARM_HOSTS if load(scenario).end(side).driver == "cr5"]
         arm = load_with(scenario, [f"ends.{side}.firmware={firmware}" for side in sides])
         self._arm_scenario = folder / "arm.toml"
         self._arm_scenario.write_text(arm.text, encoding="utf-8")
-        hosts = {OBSERVED_SIDE: PROXY_HOST, OTHER_SIDE: OTHER_ARM_HOST}
+        hosts = {**ARM_HOSTS, OBSERVED_SIDE: PROXY_HOST}
         addresses = [f"ends.{side}.address={hosts[side]}" for side in sides]
         self.scenario: Scenario = load_with(self._arm_scenario, addresses)
         """The cell, whose arms have addresses."""
         self.cell_scenario = folder / "cell.toml"
         """Its file."""
         self.cell_scenario.write_text(self.scenario.text, encoding="utf-8")
-        self._other_emulator: subprocess.Popen[bytes] | None = None
-        self._emulator = self._spawn_emulator()
-        if OTHER_SIDE in sides:
-            self.start_other_emulator()
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        for side in sides:
+            self.start(side)
         ports = [str(port) for port in ARM_PORTS[firmware]]
-        module = "benchmarks.faults.tcp_proxy"
-        self._proxy = self._spawn(module_entry.command(module, PROXY_HOST, ARM_HOST, *ports))
+        words = PROXY_HOST, ARM_HOSTS[OBSERVED_SIDE], *ports
+        self._spawn("proxy", module_entry.command("benchmarks.faults.tcp_proxy", *words))
 
     @property
     def pid(self) -> int:
         """Id of the observed arm's process."""
-        return self._emulator.pid
+        return self._processes[OBSERVED_SIDE].pid
 
-    def start_emulator(self, silence: str = "hold") -> None:
-        """Start the observed arm, at the scenario's start."""
-        self._emulator = self._spawn_emulator(silence)
+    def start(self, side: Side = OBSERVED_SIDE, silence: str = "hold") -> None:
+        """Start an arm, at the scenario's start."""
+        words = ["--host", ARM_HOSTS[side], "--scenario", str(self._arm_scenario), "--side", side]
+        words += ["--arm.power-on-time", str(POWER_ON_TIME), "--arm.silence", silence]
+        if side == OBSERVED_SIDE:
+            words += ["--log", str(self.log)]
+        self._spawn(side, module_entry.command("services.cr5_emulator", *words))
 
-    def kill_emulator(self) -> None:
-        """Kill the observed arm and wait until it is gone."""
-        self._emulator.kill()
-        self._emulator.wait()
-
-    def start_other_emulator(self) -> None:
-        """Start the arm at the other end."""
-        command = self._emulator_command(OTHER_ARM_HOST, OTHER_SIDE)
-        self._other_emulator = self._spawn(command)
-
-    def kill_other_emulator(self) -> None:
-        """Kill the arm at the other end and wait until it is gone."""
-        assert self._other_emulator is not None
-        self._other_emulator.kill()
-        self._other_emulator.wait()
+    def kill(self, name: str = OBSERVED_SIDE) -> None:
+        """Kill an arm, or the proxy, and wait until it is gone."""
+        self._processes[name].kill()
+        self._processes[name].wait()
 
     def command_line(self, command: LineCommand) -> None:
         """Give the proxy a command: a line condition, or to cut the connections."""
-        assert self._proxy.stdin is not None
-        self._proxy.stdin.write(f"{command}\n".encode())
-        self._proxy.stdin.flush()
+        pipe = self._processes["proxy"].stdin
+        assert pipe is not None
+        pipe.write(f"{command}\n".encode())
+        pipe.flush()
 
-    def _spawn_emulator(self, silence: str = "hold") -> subprocess.Popen[bytes]:
-        options = ("--log", str(self.log), "--arm.silence", silence)
-        return self._spawn(self._emulator_command(ARM_HOST, OBSERVED_SIDE, *options))
+    def close(self) -> None:
+        """End arms and proxy."""
+        for name in self._processes:
+            self.kill(name)
 
-    def _emulator_command(self, host: str, side: str, *more: str) -> list[str]:
-        command = [*module_entry.command("services.cr5_emulator", "--host", host)]
-        command += ["--scenario", str(self._arm_scenario), "--side", side]
-        return [*command, "--arm.power-on-time", str(POWER_ON_TIME), *more]
-
-    def _spawn(self, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
+    def _spawn(self, name: str, arguments: Sequence[str]) -> None:
         """Start an emulator or the proxy and wait until it is ready; raises DeadlineMissed."""
         process = subprocess.Popen(
             child_command(signal.SIGKILL, ARM_NICENESS, arguments),
@@ -117,14 +104,7 @@ class Arms:
             env={**os.environ, **LIBRARY_ENVIRONMENT},
             start_new_session=True,
         )
+        self._processes[name] = process
         assert process.stdout is not None
         if not process.stdout.readline().startswith(b"ready"):
             raise DeadlineMissed(f"{arguments[2]} does not start; is another bench running?")
-        return process
-
-    def close(self) -> None:
-        """End arms and proxy."""
-        for process in (self._proxy, self._emulator, self._other_emulator):
-            if process is not None:
-                process.kill()
-                process.wait()

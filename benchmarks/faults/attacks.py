@@ -15,7 +15,6 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +22,9 @@ import numpy as np
 import psutil
 
 from benchmarks.faults.hostile_publisher import drawn, publishing
-from benchmarks.faults.no_control import NoControl
 from benchmarks.live_stack import LiveStack
 from benchmarks.operator import DeadlineMissed, Operator
-from benchmarks.tables import report
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from dashboard.controls.hold_path import is_stopped
 from lariat.scenario.shipped import find
 from shared import bus as buses
@@ -61,21 +59,19 @@ RUN_TIMEOUT = 180.0
 """Longest wait for the goal of the lawful run afterwards [s]."""
 
 
-@dataclass(frozen=True)
-class Attack:
-    """Attempt of somebody who may not do it, and what came of it."""
-
-    who: str
-    """Attacker."""
-    attempt: str
-    """What they try."""
-    outcome: str
-    """What comes of it, in words."""
-    held: bool
-    """Whether it was refused."""
+Row = dict[str, Any]
+"""Attempt of somebody who may not do it, what came of it in words, and whether it was refused."""
 
 
-def run(scenario: Path = DEFAULT_SCENARIO, messages: int = 10**6, json: bool = False) -> int:
+class NoControl(RuntimeError):
+    """What must be possible is not, so that the refusal of an attack would prove nothing."""
+
+
+def run(
+    scenario: Path = DEFAULT_SCENARIO,
+    messages: int = 10**6,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
+) -> int:
     """Attack a live stack as another user and as a process on the bus.
 
     Another user is played by root alone; without it their attacks are left out, and the table says
@@ -84,12 +80,11 @@ def run(scenario: Path = DEFAULT_SCENARIO, messages: int = 10**6, json: bool = F
     Args:
         scenario: A scenario's TOML file, or the short name of a shipped one.
         messages: Number of messages of all types of a process with the bus's password.
-        json: Print one JSON object instead of a table.
 
     Returns:
         0 when every attack was refused and nothing moved, 1 otherwise.
     """
-    attacks: list[Attack] = []
+    attacks: list[Row] = []
     # What this process is refused is the result, not news.
     logging.disable(logging.WARNING)
     pool = drawn(valid=True)
@@ -97,18 +92,22 @@ def run(scenario: Path = DEFAULT_SCENARIO, messages: int = 10**6, json: bool = F
         # First who forks: the bus has not been joined yet.
         attacks += [*_other_user(stack), *_flood(stack, pool, messages), *_run_afterwards(stack)]
     logging.disable(logging.NOTSET)
-    report(attacks, json=json)
-    return 0 if attacks and all(each.held for each in attacks) else 1
+    options.publish(Result("attacks", attacks))
+    return 0 if attacks and all(each["held"] for each in attacks) else 1
+
+
+def _row(who: str, attempt: str, outcome: str, held: bool) -> Row:
+    return {"who": who, "attempt": attempt, "outcome": outcome, "held": held}
 
 
 # Another user of the machine
 
 
-def _other_user(stack: LiveStack) -> Iterator[Attack]:
+def _other_user(stack: LiveStack) -> Iterator[Row]:
     """Read and write what belongs to the stack, as another user."""
     who = "another user of the machine"
     if os.geteuid():
-        yield Attack(who, "read files, join the bus, send signals", "left out: needs root", True)
+        yield _row(who, "read files, join the bus, send signals", "left out: needs root", True)
         return
     secret = find_local_secret((stack.hub,))
     pids, ports = _processes(stack)
@@ -161,7 +160,7 @@ def _other_user(stack: LiveStack) -> Iterator[Attack]:
     ):
         achieved = _as_nobody(things, attack)
         outcome = achieved or (f"none of {len(things)}" if things else "there is nothing to try")
-        yield Attack(who, attempt, outcome, held=not achieved)
+        yield _row(who, attempt, outcome, held=not achieved)
 
 
 def _as_nobody(things: Sequence[Any], attack: Callable[[Any], object]) -> str:
@@ -224,9 +223,7 @@ def _processes(stack: LiveStack) -> tuple[list[int], list[int]]:
 # A process with the bus's password
 
 
-def _flood(
-    stack: LiveStack, pool: Sequence[tuple[RawMessage, bool]], count: int
-) -> Iterator[Attack]:
+def _flood(stack: LiveStack, pool: Sequence[tuple[RawMessage, bool]], count: int) -> Iterator[Row]:
     """Publish messages of all types, valid and invalid, while a person presses HOLD."""
     before, moved, waits, hold = _processes(stack)[0], 0.0, list[float](), ""
     refused: dict[str, int] = {}
@@ -271,10 +268,10 @@ def _flood(
     outcome += "the processes are the same" if same else "a process ended"
     who, held = "a process with the bus's password", same and moved < STILL
     held = held and max(waits) < HOLD_TIMEOUT
-    yield Attack(who, f"{count:,} messages of all types", outcome, held)
+    yield _row(who, f"{count:,} messages of all types", outcome, held)
 
 
-def _run_afterwards(stack: LiveStack) -> Iterator[Attack]:
+def _run_afterwards(stack: LiveStack) -> Iterator[Row]:
     """Restore the scene, arm and run, as a person does after all of this."""
     with stack.connect() as client:
         operator, failure = Operator(client), ""
@@ -286,7 +283,7 @@ def _run_afterwards(stack: LiveStack) -> Iterator[Attack]:
         except (DeadlineMissed, RequestFailed) as error:
             failure = str(error)
     outcome = failure or f"reaches the goal after {len(operator.stops)} acknowledged stops"
-    yield Attack("a person", "a run after all of this", outcome, not failure)
+    yield _row("a person", "a run after all of this", outcome, not failure)
 
 
 def grip_positions(state: ArmStates) -> np.ndarray:

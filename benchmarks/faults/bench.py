@@ -11,15 +11,15 @@ import tempfile
 from collections import defaultdict
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
+from benchmarks.campaign import figures_in_words
 from benchmarks.faults.arms import OTHER_SIDE, Arms
 from benchmarks.faults.cases import CASES
-from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
-from benchmarks.faults.fault_trial import FaultResult, Phase, observe, run_trial
-from benchmarks.faults.routed_cell import RoutedCell
+from benchmarks.faults.cell import FaultCell, RoutedCell
+from benchmarks.faults.fault_trial import Phase, observe, run_trial
 from benchmarks.operator import DeadlineMissed
-from benchmarks.tables import report
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.configuration import ConfigurationError
 from lariat.scenario import load
 from lariat.scenario.shipped import find
@@ -37,7 +37,7 @@ def run(
     firmware: Literal["v3", "v4"] = "v3",
     phases: tuple[Phase, ...] = ("moving",),
     seconds: float | None = None,
-    json: bool = False,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Inject faults into a live cell and measure how the arm stops.
 
@@ -52,14 +52,14 @@ def run(
         phases: Phases of operation in which each fault is injected. A resting arm must not move
             before a person agrees.
         seconds: Time until each fault is repaired [s]; by default 1 s.
-        json: Print one JSON object instead of a table.
 
     Returns:
         0 when every promise of docs/concepts/safety.md was kept, 1 otherwise.
     """
     two_arms = load(scenario).end(OTHER_SIDE).driver == "cr5"
-    usual = {n: case for n, case in CASES.items() if not case.routed}
-    chosen = cases or tuple(n for n, case in usual.items() if two_arms or not case.two_arms)
+    chosen = cases or tuple(
+        name for name, case in CASES.items() if not case.routed and (two_arms or not case.two_arms)
+    )
     for name in chosen:
         if name not in CASES:
             raise ConfigurationError(f"no case {name!r}; expected one of {', '.join(CASES)}")
@@ -71,15 +71,15 @@ def run(
             raise ConfigurationError(f"{name} needs a stack of its own; give it alone")
     with tempfile.TemporaryDirectory() as folder:
         results = _run_trials(chosen, phases, seconds, Arms(scenario, Path(folder), firmware))
-    report(results, f"firmware {firmware}", json=json)
-    return 0 if results and all(f.ok for f in results) else 1
+    options.publish(Result("faults", results, f"firmware {firmware}"))
+    return 0 if results and all(f["ok"] for f in results) else 1
 
 
 def _run_trials(
     chosen: tuple[str, ...], phases: tuple[Phase, ...], seconds: float | None, arms: Arms
-) -> list[FaultResult]:
+) -> list[dict[str, Any]]:
     print("starting the stack", file=sys.stderr)
-    results: list[FaultResult] = []
+    results: list[dict[str, Any]] = []
     silence = "hold"
     with ExitStack() as cleanup:
         cleanup.callback(arms.close)
@@ -89,7 +89,7 @@ def _run_trials(
             heard = lambda: bool(cell.states) and bool(cell.task.ByteSize())  # noqa: E731
             cell.wait_until(heard, 20.0, "no state")
             cell.wait_until(lambda: cell.arms.mode == ArmStates.DISARMED, 5.0, "not disarmed")
-            cell.wait_until(lambda: cell.arms_connected, LINK_TIMEOUT, "the arm is not connected")
+            cell.wait_until_connected()
             cell.arm()
             deaths: defaultdict[str, list[float]] = defaultdict(list)
             for phase, name in itertools.product(phases, chosen):
@@ -99,33 +99,13 @@ def _run_trials(
                 if CASES[name].silence != silence:
                     silence = CASES[name].silence
                     cell.replace_arm(silence)
-                result = run_trial(cell, name, phase, seconds)
-                results.append(result)
+                results.append(run_trial(cell, name, phase, seconds))
                 for process in CASES[name].restarted:
                     deaths[process].append(cell.now())
-                print(_line(result), file=sys.stderr, flush=True)
-                if not result.reached:
+                print(figures_in_words(results[-1]), file=sys.stderr, flush=True)
+                if not results[-1]["reached"]:
                     print("the cell did not recover; the rest is skipped", file=sys.stderr)
                     break
         except (DeadlineMissed, RequestFailed) as error:
             print(f"given up: {error}", file=sys.stderr)
     return results
-
-
-def _line(f: FaultResult) -> str:
-    """Return the progress line of a trial."""
-    verdict = "ok" if f.ok else f"NOT OK: {f.failure}"
-    stop = f"{f.cause or 'no stop'} ({f.reason})"
-    return f"{f.case}, {f.phase}: {stop}; {_times(f)}; {f.resumed}; {verdict}"
-
-
-def _times(f: FaultResult) -> str:
-    """Return the times of a trial in words."""
-    noticed, braking, rest = (_milliseconds(t) for t in (f.noticed_s, f.braking_s, f.rest_s))
-    return (
-        f"noticed {noticed}, braking {braking}, rest {rest} ms, drift {1e3 * f.drift_rad:.2f} mrad"
-    )
-
-
-def _milliseconds(seconds: float | None) -> str:
-    return "–" if seconds is None else f"{1e3 * seconds:.0f}"

@@ -8,20 +8,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.faults.cell import FaultCell
-from benchmarks.faults.routed_cell import RoutedCell
+from benchmarks.faults.arms import OTHER_SIDE
+from benchmarks.faults.cell import FaultCell, RoutedCell
 from benchmarks.faults.tcp_proxy import LineCommand, LineCondition
 from stack.launcher.launcher import MAX_DEATHS
 
 Action = Callable[[FaultCell], float | None]
 """Injection or repair of a fault; an injection may return the time of its effect [s]."""
 
-SLOWED_CAUSES = (
-    *("", "silence", "left_behind", "stalled", "lost_link", "tracking"),
-    # The rope has fallen behind its path, and the controller waits for another one.
-    "writer_holds",
-)
-"""Stop causes of a process that runs half of the time: it may still keep up."""
 BOOT_TIMEOUT = 30.0
 """Time limit for a process to be ready again [s]."""
 IMPATIENCE = 0.05
@@ -35,7 +29,6 @@ class FaultCase:
     """Fault in the middle of a motion."""
 
     inject: Action
-    """Injection of the fault."""
     causes: tuple[str, ...]
     """Stop causes of which the gateway must report one; empty, or one that is empty: no stop."""
     repair: Action | None = None
@@ -77,9 +70,8 @@ def _killed(*names: str, causes: tuple[str, ...] = (), **more: Any) -> FaultCase
 
 
 def _frozen(name: str, *causes: str, **more: Any) -> FaultCase:
-    return FaultCase(
-        _send(name, signal.SIGSTOP), causes, repair=_send(name, signal.SIGCONT), **more
-    )
+    thaw = _send(name, signal.SIGCONT)
+    return FaultCase(_send(name, signal.SIGSTOP), causes, repair=thaw, **more)
 
 
 def _raised(name: str, *causes: str, **more: Any) -> FaultCase:
@@ -88,8 +80,13 @@ def _raised(name: str, *causes: str, **more: Any) -> FaultCase:
 
 
 def _slowed(name: str) -> FaultCase:
-    """Let a process run half of the time for 1 s."""
-    return FaultCase(lambda cell: cell.slow_down(name, 1.0), SLOWED_CAUSES, keeps_up=True)
+    """Let a process run half of the time for 1 s: it may still keep up.
+
+    The writer holds where the rope has fallen behind its path, and the controller waits for another
+    one.
+    """
+    causes = ("silence", "left_behind", "stalled", "lost_link", "tracking", "writer_holds")
+    return FaultCase(lambda cell: cell.slow_down(name, 1.0), ("", *causes), keeps_up=True)
 
 
 def _line(condition: LineCondition, *causes: str, **more: Any) -> FaultCase:
@@ -100,21 +97,15 @@ def _command_line(command: LineCommand) -> Action:
     return lambda cell: cell.emulated.command_line(command)
 
 
-def _ended(inject: Action, duration: float) -> FaultCase:
+def _ended(inject: Action, duration: float = 2.5) -> FaultCase:
     """End the whole stack, and start it again."""
-    return FaultCase(
-        inject,
-        ("boot",),
-        repair=lambda cell: cell.start_stack(),
-        stack_ends=True,
-        duration=duration,
-    )
+    again: Action = lambda cell: cell.start_stack()  # noqa: E731
+    return FaultCase(inject, ("boot",), repair=again, stack_ends=True, duration=duration)
 
 
 def _kill_router(cell: FaultCell) -> None:
     assert isinstance(cell, RoutedCell)
-    cell.router.kill()
-    cell.router.wait()
+    cell.kill_router()
 
 
 def _start_router(cell: FaultCell) -> None:
@@ -173,14 +164,14 @@ CASES: dict[str, FaultCase] = {
     "controller-slowed": _slowed("controller"),
     "gateway-slowed": _slowed("robot_gateway"),
     "arm-killed": FaultCase(
-        lambda cell: cell.emulated.kill_emulator(),
+        lambda cell: cell.emulated.kill(),
         ("lost_link",),
-        repair=lambda cell: cell.emulated.start_emulator(),
+        repair=lambda cell: cell.emulated.start(),
     ),
     "other-arm-killed": FaultCase(
-        lambda cell: cell.emulated.kill_other_emulator(),
+        lambda cell: cell.emulated.kill(OTHER_SIDE),
         ("lost_link",),
-        repair=lambda cell: cell.emulated.start_other_emulator(),
+        repair=lambda cell: cell.emulated.start(OTHER_SIDE),
         two_arms=True,
     ),
     "arm-frozen": _frozen("emulator", "lost_link", point_in_flight=True),
@@ -191,8 +182,8 @@ CASES: dict[str, FaultCase] = {
     "line-corrupted": _line(
         "corrupted", "", "lost_link", "tracking", "writer_holds", promised=False
     ),
-    "hub-killed": _ended(_send("lariat", signal.SIGKILL), 2.5),
-    "interrupted-twice": _ended(_interrupt_twice, 2.5),
+    "hub-killed": _ended(_send("lariat", signal.SIGKILL)),
+    "interrupted-twice": _ended(_interrupt_twice),
     "deaths-in-a-row": _ended(_kill_until_given_up, 4.0),
     "router-killed": FaultCase(
         _kill_router, ("silence",), repair=_start_router, duration=4.0, routed=True

@@ -5,40 +5,42 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import subprocess
 import threading
 import time
 from pathlib import Path
 
 from benchmarks.faults.arms import OBSERVED_SIDE, Arms
 from benchmarks.faults.joint_log import JointLog
-from benchmarks.live_stack import LiveStack
+from benchmarks.live_stack import LiveStack, free_port
 from benchmarks.operator import Operator
+from shared.bus import Unreachable
 from shared.messages import REACHED, RUNNING, ArmCommand, ArmStates, TaskRequest, goal_message
 from shared.runtime.clock import SystemClock
+from stack import services
 from stack.approach import approach
-from stack.client import RequestFailed
+from stack.client import Cell, RequestFailed, connect
+from stack.launcher import module_entry
+from stack.launcher.process import child_command
 from stack.live_goal import live_goal
 
-LINK_TIMEOUT = 20.0
-"""Time limit for all arms to be connected [s]."""
+LINK_TIMEOUT, STOP_TIMEOUT, ENABLE_TIMEOUT = 20.0, 5.0, 40.0
+"""Time limits for all arms to be connected, for the gateway to stop after an arm has been replaced,
+and for all arms to be ready after a command of the operator [s]."""
+SPEED_TIMEOUT, GOAL_TIMEOUT = 15.0, 45.0
+"""Time limits for the gripper to reach a speed, and for the goal to be reached [s]."""
+READY_TIMEOUT = 200.0
+"""Longest wait for all clients of a router [s]; kernels may have to be compiled."""
 CONNECTED_LINK_RATE = 100.0
 """Packets of an arm that is connected [Hz]."""
-STOP_TIMEOUT = 5.0
-"""Time limit for the gateway to stop after an arm has been replaced [s]."""
 SLICE = 0.02
 """Time for which a process that is slowed down runs, and stands, in turn [s]."""
-RAISING_FOLDER = Path(__file__).parent / "raising"
-"""Folder of the module that lets processes raise an exception at SIGUSR1."""
-ENABLE_TIMEOUT = 40.0
-"""Time limit for all arms to be ready after a command of the operator [s]."""
 RETRY_PERIOD = 0.2
 """Time between two requests to resume while the arms are being made ready [s]."""
 APPROACH_ATTEMPTS = 3
 """Number of times that the operator holds the button of an approach anew, over what is left."""
-SPEED_TIMEOUT = 15.0
-"""Time limit for the gripper to reach a speed [s]."""
-GOAL_TIMEOUT = 45.0
-"""Time limit for the goal to be reached [s]."""
+ROUTED_NICENESS = -10
+"""Scheduling priority of a router's clients: the gateway must not be suspended by others."""
 
 
 class FaultCell(Operator):
@@ -46,8 +48,7 @@ class FaultCell(Operator):
 
     def __init__(self, arms: Arms) -> None:
         """Start the stack and wait until it is ready."""
-        self.emulated = arms
-        self.scenario = arms.scenario
+        self.emulated, self.scenario = arms, arms.scenario
         self.clock = SystemClock()
         self._goal = -1
         self._button: threading.Thread | None = None
@@ -57,7 +58,8 @@ class FaultCell(Operator):
 
     def start_stack(self) -> None:
         """Start all processes, wait until they are ready, and connect to them."""
-        environment = {"PYTHONPATH": str(RAISING_FOLDER)}
+        # The folder of the module that lets processes raise an exception at SIGUSR1.
+        environment = {"PYTHONPATH": str(Path(__file__).parent / "raising")}
         stack = LiveStack(self.emulated.cell_scenario, environment)
         self._stack_process = self._open.enter_context(stack)
         super().__init__(self._open.enter_context(self._stack_process.connect()))
@@ -97,6 +99,10 @@ class FaultCell(Operator):
     def arms_connected(self) -> bool:
         """Whether the gateway gets feedback of every arm."""
         return all(a.driver != "cr5" or a.link_rate > CONNECTED_LINK_RATE for a in self.arms.arms)
+
+    def wait_until_connected(self) -> None:
+        """Wait until the gateway gets feedback of every arm."""
+        self.wait_until(lambda: self.arms_connected, LINK_TIMEOUT, "the arm is not connected")
 
     def process_state(self, name: str) -> str:
         """Return the state of a process as the launcher reports it; empty when unknown."""
@@ -171,15 +177,15 @@ class FaultCell(Operator):
 
     def replace_arm(self, silence: str) -> None:
         """Replace the observed arm, at the scenario's start."""
-        self.emulated.kill_emulator()
-        self.emulated.start_emulator(silence)
+        self.emulated.kill()
+        self.emulated.start(silence=silence)
         # The new arm is at the start, so the next motion goes to the goal.
         self._goal = 1
         self.states.clear()
         self.wait_until(
             lambda: self.arms.needs_acknowledgement, STOP_TIMEOUT, "the replacement went unnoticed"
         )
-        self.wait_until(lambda: self.arms_connected, LINK_TIMEOUT, "the arm is not connected")
+        self.wait_until_connected()
         self.acknowledge()
 
     def acknowledge(self) -> None:
@@ -211,8 +217,7 @@ class FaultCell(Operator):
         """Start a run, alternately to the scenario's goal and to its start."""
         self._goal = (self._goal + 1) % 2 if new_goal else self._goal
         shape = (self.scenario.goal, self.scenario.start)[self._goal]
-        if self.task.state == RUNNING:
-            self.client.request_task(TaskRequest.STOP)
+        self.end_run()
         self.task = self.client.request_task(
             TaskRequest.SET_GOAL, goal=goal_message(live_goal(self.scenario, shape, self.client))
         )
@@ -260,23 +265,79 @@ class FaultCell(Operator):
 
         An overloaded machine makes the cell hold; the operator acknowledges and continues.
         """
-        holds = 0
-        end = time.monotonic() + GOAL_TIMEOUT
+        holds, end = 0, time.monotonic() + GOAL_TIMEOUT
         while True:
             self.wait_until(
-                lambda: self.arms.needs_acknowledgement or self._task_is(REACHED),
+                lambda: self.arms.needs_acknowledgement or self.task.state == REACHED,
                 max(end - time.monotonic(), 0.0),
                 "the goal was not reached",
             )
-            if self._task_is(REACHED):
+            if self.task.state == REACHED:
                 return holds
             holds += 1
             self.acknowledge()
-            if not self._task_is(RUNNING):
+            if self.task.state != RUNNING:
                 self.start_motion(new_goal=False)
 
-    def _task_is(self, state: int) -> bool:
-        return self.task.state == state
+
+class RoutedCell(FaultCell):
+    """Live cell whose processes are clients of a router, as in containers.
+
+    The death of the router cuts each process from all others. In `lariat up` the hub dies with the
+    launcher and all processes: case `hub-killed`.
+    """
+
+    def start_stack(self) -> None:
+        """Start router and services, and connect to them."""
+        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+        self.start_router()
+        self._open.callback(lambda: _end(self.router))
+        folder = self.emulated.log.parent
+        words = ["--scenario", str(self.emulated.cell_scenario), "--mode", "client"]
+        words += ["--connect", self.endpoint, "--listen"]
+        for module, *more in (
+            *([f"services.{name}"] for name in services.NAMES),
+            ["services.recorder", "--folder", str(folder / "recordings")],
+            ["dashboard", "--port", str(free_port())],
+        ):
+            process = _spawn_client(module, *words, *more, stdout=subprocess.DEVNULL)
+            self._open.callback(_end, process)
+        deadline = time.monotonic() + LINK_TIMEOUT
+        while True:
+            try:
+                client = connect(Cell((self.endpoint,), "cell", "client"))
+                Operator.__init__(self, self._open.enter_context(client))
+                break
+            except Unreachable:
+                if time.monotonic() > deadline:
+                    raise
+        self.await_all()
+
+    def await_all(self) -> None:
+        """Wait until every process is heard."""
+        self.health.clear()
+        names = {*services.NAMES, "recorder", "dashboard"}
+        all_heard = lambda: self.health.keys() >= names  # noqa: E731
+        self.wait_until(all_heard, READY_TIMEOUT, "not every process is heard")
+
+    def start_router(self) -> None:
+        """Start the router."""
+        self.router = _spawn_client("shared.bus.router", "--listen", self.endpoint)
+
+    def kill_router(self) -> None:
+        """Kill the router and wait until it is gone."""
+        self.router.kill()
+        self.router.wait()
+
+
+def _spawn_client(module: str, *words: str, stdout: int | None = None) -> subprocess.Popen[bytes]:
+    command = module_entry.command(module, *words)
+    return subprocess.Popen(child_command(signal.SIGTERM, ROUTED_NICENESS, command), stdout=stdout)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.terminate()
+    process.wait()
 
 
 def guards_of(gateway: int) -> list[int]:

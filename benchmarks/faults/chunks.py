@@ -9,11 +9,11 @@ from __future__ import annotations
 import gc
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from benchmarks.tables import report
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import SIDES, Scenario, load
 from lariat.scenario.shipped import find
@@ -47,26 +47,6 @@ START_TIME = 5 * SECOND
 """Longest time until the arms are ready [ns]."""
 WARM_UP_TICKS = 75
 """Ticks with chunks before the first one that counts."""
-
-
-@dataclass(frozen=True)
-class TickTimes:
-    """Processor times of the gateway's ticks."""
-
-    scenario: str
-    """Name of the scenario."""
-    chunk: str
-    """Kind of the chunks."""
-    obstacles: int
-    """Number of obstacles."""
-    followed: int
-    """Number of chunks that were followed."""
-    p50_ms: float
-    """Median [ms]."""
-    p99_ms: float
-    """99th percentile [ms]."""
-    max_ms: float
-    """Longest tick [ms]."""
 
 
 class TimedLink(MemoryLink):
@@ -157,7 +137,7 @@ def run(
     scenarios: tuple[str, ...] = ("three-cylinders", "fixed-end", "two-arms"),
     obstacles: tuple[int, ...] = (0, 64, 250),
     ticks: int = 250,
-    json: bool = False,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Measure the gateway's ticks with long chunks, in scenes full of obstacles.
 
@@ -172,18 +152,18 @@ def run(
         scenarios: Names of shipped scenarios.
         obstacles: Numbers of obstacles that are added to the scenario's own.
         ticks: Number of ticks of each measurement.
-        json: Print one JSON object instead of a table.
 
     Returns:
         0 when no tick took longer than its period, 1 otherwise.
     """
     rows = [row for name in scenarios for row in _measured(name, obstacles, ticks)]
     words = f"processor time of a tick; its period is {1e-6 * PERIOD:g} ms"
-    report(rows, words, json=json)
-    return 0 if all(row.max_ms <= 1e-6 * PERIOD for row in rows) else 1
+    options.publish(Result("ticks", rows, words))
+    return 0 if all(row["max_ms"] <= 1e-6 * PERIOD for row in rows) else 1
 
 
-def _measured(name: str, obstacles: tuple[int, ...], ticks: int) -> Iterator[TickTimes]:
+def _measured(name: str, obstacles: tuple[int, ...], ticks: int) -> Iterator[dict[str, Any]]:
+    """Yield processor times of ticks by number of obstacles and kind of chunks."""
     scenario = load(find(name))
     for added in obstacles:
         for kind, (count, dt, chunks) in CHUNKS.items():
@@ -200,15 +180,15 @@ def _measured(name: str, obstacles: tuple[int, ...], ticks: int) -> Iterator[Tic
             gc.enable()
             cell.gateway.close()
             p50, p99 = np.percentile(times, (50, 99))
-            yield TickTimes(
-                scenario=name,
-                chunk=kind,
-                obstacles=cell.obstacle_count,
-                followed=len(followed - {former}),
-                p50_ms=round(float(p50), 2),
-                p99_ms=round(float(p99), 2),
-                max_ms=round(max(times), 2),
-            )
+            yield {
+                "scenario": name,
+                "chunk": kind,
+                "obstacles": cell.obstacle_count,
+                "followed": len(followed - {former}),
+                "p50_ms": round(float(p50), 2),
+                "p99_ms": round(float(p99), 2),
+                "max_ms": round(max(times), 2),
+            }
 
 
 def _clutter(count: int) -> list[Obstacle]:

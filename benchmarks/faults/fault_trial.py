@@ -4,37 +4,29 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal
 
-from benchmarks.faults.cases import CASES, FaultCase
-from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
-from benchmarks.faults.joint_log import JointLog
+from benchmarks.faults.cases import CASES
+from benchmarks.faults.cell import FaultCell
 from benchmarks.operator import POLL_PERIOD, DeadlineMissed
 from lariat.safety.guard.stop_causes import STOP_CAUSES
 from shared.messages import RUNNING, ArmStates
 from stack.client import RequestFailed
 
-INJECTION_SPEED = 0.1
-"""Speed of the gripper above which the fault is injected [m/s]."""
+INJECTION_SPEED, APPROACH_SPEED = 0.1, 0.03
+"""Speed of the gripper above which the fault is injected in a motion, in an approach [m/s]."""
 OBSERVATION_TIME = 1.0
 """Time for which a repaired cell is observed before the operator acts [s]."""
 BRAKING_TIME_LIMIT = 0.15
 """Time within which braking must begin [s]."""
-SETTLING_TOLERANCE = 2e-3
-"""Angle by which a joint at rest may settle [rad]."""
-SETTLING_TIME = 0.05
-"""Time after coming to rest before the drift is measured [s]."""
+SETTLING_TIME, SETTLING_TOLERANCE = 0.05, 2e-3
+"""Time after coming to rest before the drift is measured [s], and angle by which a joint at rest
+may settle [rad]."""
 SERVO_POINT_DURATION = 0.032
 """Motion of one servo point that is in flight [s]."""
-GATEWAY_TIMEOUT = 10.0
-"""Time limit for the gateway to publish its state [s]."""
-RESTART_TIMEOUT = 60.0
-"""Time limit for a process to be restarted [s]."""
-
-APPROACH_SPEED = 0.03
-"""Speed of the gripper above which the fault is injected during an approach [m/s]."""
+GATEWAY_TIMEOUT, RESTART_TIMEOUT = 10.0, 60.0
+"""Time limits for the gateway to publish its state, and for a process to be restarted [s]."""
 
 Phase = Literal["moving", "approaching", "disarmed", "armed", "held", "reached"]
 """Phase of operation in which a fault is injected: a motion; an approach, whose button stays held;
@@ -42,7 +34,6 @@ disarmed; armed, without a run; held by a person in the middle of a run; after t
 reached."""
 RESTING_PHASES: tuple[Phase, ...] = ("disarmed", "armed", "held", "reached")
 """Phases in which the arm rests."""
-
 RESUMPTION_WORDS = {
     "by itself": "by itself",
     "after acknowledgement": "acknowledged",
@@ -51,42 +42,9 @@ RESUMPTION_WORDS = {
 """Start of what `_resume` returns, for each way of resuming in the table of stop causes."""
 
 
-@dataclass(frozen=True)
-class FaultResult:
-    """Outcome of one trial."""
-
-    case: str
-    """Name in `CASES`."""
-    phase: Phase
-    """Phase of operation in which it was injected."""
-    cause: str
-    """Stop cause that the gateway reported; empty: no stop."""
-    reason: str
-    """Reason that the gateway gave."""
-    noticed_s: float | None
-    """Time from the effect until the gateway reported the cause [s]."""
-    braking_s: float | None
-    """Time from the effect until the joints decelerated, by the arm's log [s]."""
-    rest_s: float | None
-    """Time from the effect until the joints were at rest [s]."""
-    drift_rad: float
-    """Largest motion of a joint between rest, or the injection where the arm rests, and the
-    operator's consent [rad]."""
-    resumed: str
-    """Way in which the cell resumed: by itself, acknowledged, approached or armed."""
-    reached: bool
-    """Whether the goal was reached afterwards."""
-    further_holds: int
-    """Number of holds on the way to the goal, for other reasons."""
-    ok: bool
-    """Whether every promise of docs/concepts/safety.md was kept."""
-    failure: str
-    """Promises that were not kept; empty when ok."""
-
-
 def run_trial(
     cell: FaultCell, name: str, phase: Phase = "moving", seconds: float | None = None
-) -> FaultResult:
+) -> dict[str, Any]:
     """Inject one fault, repair it, resume, and reach the goal.
 
     Args:
@@ -94,6 +52,14 @@ def run_trial(
         name: Name in `CASES`.
         phase: Phase of operation in which the fault is injected.
         seconds: Time until the fault is repaired [s]; None: that of the case.
+
+    Returns:
+        `cause` and `reason` of the gateway, empty without a stop; times from the effect until the
+        gateway reported it (`noticed_s`), until the joints decelerated (`braking_s`) and until they
+        were at rest (`rest_s`), by the arm's log; `drift_rad`, largest motion of a joint between
+        rest, or the injection where the arm rests, and the operator's consent; how it `resumed`;
+        whether it `reached` its goal; number of `further_holds` on the way there, for other
+        reasons; `ok` if every promise of docs/concepts/safety.md was kept, else the `failure`.
 
     Raises:
         DeadlineMissed: The phase was not reached.
@@ -155,61 +121,50 @@ def run_trial(
         failure = str(error)
     log = cell.joint_log()
     braking = rest = None
+    drift = 0.0
     if phase in RESTING_PHASES:
         drift = log.moved(begun, consent)
-    else:
-        braking = log.braking_after(effect, ended) if cause else None
-        rest = log.rest_after(effect, ended) if cause else None
-        moves = resumed == "by itself" or approached
-        drift = 0.0 if moves else _drift(log, effect, rest, consent)
+    elif cause:
+        braking, rest = log.braking_after(effect, ended), log.rest_after(effect, ended)
+        if rest is not None and resumed != "by itself" and not approached:
+            drift = log.moved(effect + rest + SETTLING_TIME, consent)
+    result: dict[str, Any] = {
+        "case": name,
+        "phase": phase,
+        "cause": cause,
+        "reason": reason,
+        "noticed_s": noticed,
+        "braking_s": braking,
+        "rest_s": rest,
+        "drift_rad": drift,
+        "resumed": resumed,
+        "reached": reached,
+        "further_holds": further_holds,
+    }
     failures = [failure] if failure else []
-    failures += _broken_promises(cell, case, phase, cause, braking, drift, resumed)
-    return FaultResult(
-        case=name,
-        phase=phase,
-        cause=cause,
-        reason=reason,
-        noticed_s=noticed,
-        braking_s=braking,
-        rest_s=rest,
-        drift_rad=drift,
-        resumed=resumed,
-        reached=reached,
-        further_holds=further_holds,
-        ok=not failures,
-        failure="; ".join(failures),
-    )
+    failures += _broken_promises(result, cell.scenario.limits.joint_speed)
+    return {**result, "ok": not failures, "failure": "; ".join(failures)}
 
 
-def _broken_promises(
-    cell: FaultCell,
-    case: FaultCase,
-    phase: Phase,
-    cause: str,
-    braking: float | None,
-    drift: float,
-    resumed: str,
-) -> Iterator[str]:
+def _broken_promises(result: Mapping[str, Any], joint_speed: float) -> Iterator[str]:
     """Yield the promises of docs/concepts/safety.md that a trial breaks."""
-    if phase in RESTING_PHASES:
+    case, cause, drift = CASES[result["case"]], result["cause"], result["drift_rad"]
+    if result["phase"] in RESTING_PHASES:
         if drift > SETTLING_TOLERANCE:
             yield f"a joint of the resting arm moved by {drift:.4f} rad before the operator agreed"
         return
     # An approach needs neither controller nor camera.
-    if phase == "moving" and cause not in (case.causes or ("",)):
+    moving = result["phase"] == "moving"
+    if moving and cause not in (case.causes or ("",)):
         yield f"cause {cause or 'none'} instead of {' or '.join(case.causes) or 'none'}"
-    if case.promised and braking is not None and braking > BRAKING_TIME_LIMIT:
-        yield f"braking began after {1e3 * braking:.0f} ms"
-    joint_speed = cell.scenario.limits.joint_speed
+    if case.promised and (result["braking_s"] or 0.0) > BRAKING_TIME_LIMIT:
+        yield f"braking began after {1e3 * result['braking_s']:.0f} ms"
     in_flight = SERVO_POINT_DURATION * joint_speed if case.point_in_flight else 0.0
     if drift > in_flight + SETTLING_TOLERANCE:
         yield f"a joint moved by {drift:.4f} rad before the operator agreed"
-    if (
-        phase == "moving"
-        and cause in STOP_CAUSES
-        and not resumed.startswith(RESUMPTION_WORDS[STOP_CAUSES[cause].resumes])
-    ):
-        yield f"resumed {resumed} instead of {STOP_CAUSES[cause].resumes}"
+    way = STOP_CAUSES[cause].resumes if moving and cause in STOP_CAUSES else None
+    if way and not result["resumed"].startswith(RESUMPTION_WORDS[way]):
+        yield f"resumed {result['resumed']} instead of {way}"
 
 
 def _enter(cell: FaultCell, phase: Phase) -> None:
@@ -220,27 +175,24 @@ def _enter(cell: FaultCell, phase: Phase) -> None:
         RequestFailed: The controller or the gateway refused a request.
     """
     match phase:
-        case "moving":
-            cell.start_motion()
-            cell.wait_until_fast(INJECTION_SPEED)
         case "approaching":
             cell.go_to_goal()
             cell.end_run()
             cell.disarm()
             cell.hold_approach_button()
             cell.wait_until_fast(APPROACH_SPEED)
-        case "held":
+        case "moving" | "held" | "reached":
             cell.start_motion()
-            cell.wait_until_fast(INJECTION_SPEED)
-            cell.hold()
-        case "reached":
-            cell.start_motion()
-            cell.wait_until_reached()
-        case "armed":
+            if phase == "reached":
+                cell.wait_until_reached()
+            else:
+                cell.wait_until_fast(INJECTION_SPEED)
+            if phase == "held":
+                cell.hold()
+        case "armed" | "disarmed":
             cell.end_run()
-        case "disarmed":
-            cell.end_run()
-            cell.disarm()
+            if phase == "disarmed":
+                cell.disarm()
     if phase in RESTING_PHASES:
         observe(cell, cell.now() + OBSERVATION_TIME)
 
@@ -269,18 +221,13 @@ def _resume(cell: FaultCell) -> str:
     cell.states.clear()
     cell.wait_until(lambda: bool(cell.states), GATEWAY_TIMEOUT, "the gateway publishes nothing")
     if cell.arms.mode == ArmStates.DISARMED:
-        cell.wait_until(lambda: cell.arms_connected, LINK_TIMEOUT, "the arm is not connected")
+        cell.wait_until_connected()
         return cell.arm()
     if cell.arms.needs_acknowledgement:
-        cell.wait_until(lambda: cell.arms_connected, LINK_TIMEOUT, "the arm is not connected")
+        cell.wait_until_connected()
         cell.acknowledge()
         return "acknowledged"
     if cell.arms.needs_approach:
         cell.arm()
         return "approached"
     return "by itself"
-
-
-def _drift(log: JointLog, effect: float, rest: float | None, consent: float) -> float:
-    """Return the largest motion of a joint from rest until the operator's consent [rad]."""
-    return log.moved(effect + rest + SETTLING_TIME, consent) if rest is not None else 0.0

@@ -11,9 +11,9 @@ import sys
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 
 import aiohttp
@@ -22,11 +22,10 @@ import numpy as np
 import zstandard
 
 from benchmarks.child_processes import child_processes
-from benchmarks.faults.attacks import STILL, grip_positions
-from benchmarks.faults.no_control import NoControl
+from benchmarks.faults.attacks import STILL, NoControl, grip_positions
 from benchmarks.live_stack import LiveStack
 from benchmarks.speed.pages import CAMERA, PROTOCOL, admitted
-from benchmarks.tables import report
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from dashboard.uploads import MAX_FILE_SIZE
 from dashboard.web.browser_messages import FileTransferPart, FileTransferStartUpload
 from lariat.configuration import ConfigurationError
@@ -72,31 +71,6 @@ while True:
 request, and prints a 1 for each."""
 CONNECTIONS = 5000
 """Number of connections of another user."""
-
-
-@dataclass(frozen=True)
-class Holds:
-    """Holds of one page during an attack."""
-
-    case: str
-    """Name in `CASES`."""
-    attacks: int
-    """Files that were answered, connections that were opened, or messages, meanwhile."""
-    holds: int
-    """Number of presses."""
-    unconfirmed: int
-    """Number of those that the gateway did not confirm."""
-    p50_ms: float
-    """Median time from press to confirmed [ms]."""
-    p99_ms: float
-    """99th percentile of that time [ms]."""
-    longest_ms: float
-    """Longest time [ms]."""
-    moved_mm: float
-    """Largest distance of a grip from its place before [mm]."""
-    ok: bool
-    """Whether all were confirmed, 99 % of them within `LIMIT`, or each within `RETURN_LIMIT`, and
-    no grip has moved."""
 
 
 class Page:
@@ -265,7 +239,7 @@ def run(
     cases: tuple[str, ...] = tuple(CASES),
     scenario: Path = DEFAULT_SCENARIO,
     seconds: float = 20.0,
-    json: bool = False,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Press HOLD again and again on the page of a live stack while others attack it.
 
@@ -273,7 +247,6 @@ def run(
         cases: Names of the cases, as in the first column.
         scenario: A scenario's TOML file, or the short name of a shipped one.
         seconds: Duration of each case, at least: it ends when its attacks have arrived [s].
-        json: Print one JSON object instead of a table.
 
     Returns:
         0 when every hold was confirmed, 99 % of each case within 150 ms, or each within 2 s of the
@@ -285,13 +258,14 @@ def run(
     ros2 = any(case.startswith("ROS 2") for case in cases)
     with LiveStack(find(scenario), ros2=ros2) as stack, stack.connect() as client:
         results = asyncio.run(_press_all(stack, client, cases, seconds))
-    report(results, f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}", json=json)
-    return 0 if results and all(each.ok for each in results) else 1
+    conditions = f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}"
+    options.publish(Result("holds", results, conditions))
+    return 0 if results and all(each["ok"] for each in results) else 1
 
 
 async def _press_all(
     stack: LiveStack, client: Client, cases: tuple[str, ...], seconds: float
-) -> list[Holds]:
+) -> list[dict[str, Any]]:
     # One page, which has the controls: others may not upload.
     async with aiohttp.ClientSession() as session:
         page = Page(session, stack)
@@ -299,8 +273,12 @@ async def _press_all(
         return [await _press(page, client, case, seconds) for case in cases]
 
 
-async def _press(page: Page, client: Client, case: str, seconds: float) -> Holds:
-    """Press HOLD during an attack, at least until it has arrived."""
+async def _press(page: Page, client: Client, case: str, seconds: float) -> dict[str, Any]:
+    """Press HOLD during an attack, at least until it has arrived.
+
+    Good: all are confirmed, 99 % within `LIMIT`, or each within `RETURN_LIMIT` of the dashboard's
+    death, and no grip has moved.
+    """
     waits, confirmed, attacks = [], 0, 0
     places = grip_positions(client.newest_arm_state())
     attack, needed = CASES[case]
@@ -318,6 +296,14 @@ async def _press(page: Page, client: Client, case: str, seconds: float) -> Holds
     unconfirmed = len(waits) - confirmed
     moved = np.abs(grip_positions(client.newest_arm_state()) - places).max()
     in_time = max(waits) <= 1e3 * RETURN_LIMIT if case == KILLED else p99 <= 1e3 * LIMIT
-    ok = not unconfirmed and bool(in_time and moved < STILL)
-    times = (round(p50, 1), round(p99, 1), round(max(waits), 1), round(1e3 * moved, 2))
-    return Holds(case, attacks, len(waits), unconfirmed, *times, ok)
+    return {
+        "case": case,
+        "attacks": attacks,
+        "holds": len(waits),
+        "unconfirmed": unconfirmed,
+        "p50_ms": round(p50, 1),
+        "p99_ms": round(p99, 1),
+        "longest_ms": round(max(waits), 1),
+        "moved_mm": round(1e3 * moved, 2),
+        "ok": not unconfirmed and bool(in_time and moved < STILL),
+    }

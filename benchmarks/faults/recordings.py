@@ -9,13 +9,13 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from benchmarks.child_processes import child_processes
 from benchmarks.live_stack import LiveStack
 from benchmarks.operator import POLL_PERIOD, Operator
-from benchmarks.tables import report
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.configuration import ConfigurationError
 from lariat.scenario.shipped import find
 from lariat.trajectory import SECOND
@@ -39,31 +39,12 @@ START_TIMEOUT, END_TIMEOUT = 30.0, 15.0
 """Longest wait for the run to begin, and for the launcher to end [s]."""
 
 
-@dataclass(frozen=True)
-class RecordingEnd:
-    """End of the recording of a stack that was stopped or killed in a run."""
-
-    case: str
-    """Name of the case."""
-    recorded_s: float
-    """Time of the run in the recordings [s]: 0 would prove nothing."""
-    lost_s: float
-    """Time from the last recorded state of the arms to the last one that a second listener had
-    heard when the signal was sent [s]."""
-    ended_s: float
-    """Time from the signal until the launcher had ended [s]."""
-    images: int
-    """Number of recorded images."""
-    ok: bool
-    """Whether no more was lost than may be, in time."""
-
-
 def run(
     cases: tuple[str, ...] = CASES,
     scenario: Path = DEFAULT_SCENARIO,
     seconds: float = 2.0,
     loops: int = 2,
-    json: bool = False,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Stop and kill a live stack in a run, and see how much of the recording is missing.
 
@@ -74,7 +55,6 @@ def run(
         scenario: A scenario's TOML file, or the short name of a shipped one.
         seconds: Duration of the run until the signal [s].
         loops: Number of busy loops.
-        json: Print one JSON object instead of a table.
 
     Returns:
         0 when no more was lost than docs/guide/recordings.md says, 1 otherwise.
@@ -86,8 +66,8 @@ def run(
     for name in cases:
         with LiveStack(find(scenario)) as stack, busy_loops(loops):
             ends.append(_end_of(stack, name, seconds))
-    report(ends, f"{loops} busy loops, {os.cpu_count()} cores", json=json)
-    return 0 if ends and all(end.ok for end in ends) else 1
+    options.publish(Result("recordings", ends, f"{loops} busy loops, {os.cpu_count()} cores"))
+    return 0 if ends and all(end["ok"] for end in ends) else 1
 
 
 @contextmanager
@@ -103,7 +83,12 @@ def busy_loops(count: int) -> Iterator[None]:
             loop.wait()
 
 
-def _end_of(stack: LiveStack, case: str, seconds: float) -> RecordingEnd:
+def _end_of(stack: LiveStack, case: str, seconds: float) -> dict[str, Any]:
+    """Stop or kill a stack in a run; return what is recorded of it, and what is lost.
+
+    The loss is the time from the last recorded state of the arms to the last one that a second
+    listener had heard when the signal was sent. A run of which nothing is recorded proves nothing.
+    """
     with stack.connect() as client:
         operator = Operator(client)
         running = lambda: operator.task.state == RUNNING  # noqa: E731
@@ -121,14 +106,14 @@ def _end_of(stack: LiveStack, case: str, seconds: float) -> RecordingEnd:
     recorded, last, images = _content(files)
     lost = max(0.0, (heard - last) / SECOND)
     in_time = lost == 0.0 and ended <= STOP_TIME if case in STOPS else lost <= MAX_LOSS
-    return RecordingEnd(
-        case,
-        round(recorded, 1),
-        round(lost, 2),
-        round(ended, 1),
-        images,
-        ok=in_time and recorded > 0.0,
-    )
+    return {
+        "case": case,
+        "recorded_s": round(recorded, 1),
+        "lost_s": round(lost, 2),
+        "ended_s": round(ended, 1),
+        "images": images,
+        "ok": in_time and recorded > 0.0,
+    }
 
 
 def _end(stack: LiveStack, case: str) -> None:

@@ -18,7 +18,7 @@ def test_nobody_else_reads_or_writes_and_a_run_reaches_its_goal_afterwards() -> 
     command += ["--messages", "20000"]
     said = subprocess.run(command, capture_output=True, text=True, timeout=500.0)
     assert said.stdout, said.stderr
-    attacks = json.loads(said.stdout)["rows"]
+    attacks = json.loads(said.stdout)["attacks"]
     assert [f"{each['who']}: {each['attempt']}" for each in attacks if not each["held"]] == []
     others = {each["who"] for each in attacks if not each["outcome"].startswith("left out")}
     expected = {"a process with the bus's password", "a person"}

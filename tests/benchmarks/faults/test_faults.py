@@ -58,7 +58,7 @@ def test_arm_brakes_in_time_and_waits_for_a_person_when_processes_or_its_line_fa
     command += ["--cases", *cases]
     said = subprocess.run(command, capture_output=True, text=True, timeout=230.0)
     assert said.stdout, said.stderr
-    results = {f["case"]: f for f in json.loads(said.stdout)["rows"]}
+    results = {f["case"]: f for f in json.loads(said.stdout)["faults"]}
     for name in cases:
         assert name in results, said.stderr
         assert results[name]["ok"], results[name]["failure"]

@@ -7,6 +7,7 @@ import json
 import pytest
 
 from benchmarks.faults import holds
+from benchmarks.tables import PrintOptions
 
 pytestmark = pytest.mark.live
 
@@ -14,8 +15,8 @@ pytestmark = pytest.mark.live
 def test_every_hold_is_confirmed_while_each_attack_arrives(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    holds.run(seconds=2.0, json=True)
-    rows = json.loads(capsys.readouterr().out)["rows"]
+    holds.run(seconds=2.0, options=PrintOptions(json=True))
+    rows = json.loads(capsys.readouterr().out)["holds"]
     assert [row["case"] for row in rows] == list(holds.CASES)
     for row in rows:
         assert row["attacks"] > 0

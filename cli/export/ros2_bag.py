@@ -24,7 +24,7 @@ from cli.export.drawn_messages import drawn_messages
 from shared.cell_description import cell_urdf
 from shared.recording import Recording
 from shared.ros2.table import Table
-from shared.ros2.types import STORE, ros
+from shared.ros2.types import STORE, encoded, ros
 
 BAG_VERSION = 9
 """Version of the bag's metadata."""
@@ -66,7 +66,7 @@ def write(recording: Recording, folder: Path) -> str:
                 connections[topic] = bag.add_connection(
                     topic, kind, typestore=STORE, offered_qos_profiles=qos
                 )
-            bag.write(connections[topic], time, STORE.serialize_cdr(message, kind))
+            bag.write(connections[topic], time, encoded(message))
             count += 1
 
         for drawn in drawn_messages(recording):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from lariat.scenario import Scenario
 from lariat.trajectory import SECOND
@@ -46,7 +47,11 @@ class Ros2Service:
         # Frames are computed here: a cell without recorder has no drawing.
         for drawn in (topics.VIEW_TRANSFORMS, topics.VIEW_JOINTS):
             del sources[drawn.key]
-        sources |= {topic.key: topic for topic in Commands.reads}
+        # Shown at a lower rate than theirs: the newest one of a step is enough.
+        for fast in (topics.ARM_SETPOINTS, topics.ARM_STATE):
+            sources[fast.key] = replace(fast, buffering="latest")
+        if options.commands:
+            sources |= {topic.key: topic for topic in Commands.reads}
         self.reads = tuple(sources.values())
         self.writes = Commands.writes if options.commands else ()
         self._session = session
@@ -104,17 +109,14 @@ class Ros2Service:
 
     def _new(self, inbox: Inbox, source: Topic, now: int) -> Iterator[object]:
         """Messages of a source since the last step."""
-        if source in (topics.VIEW_TRANSFORMS, topics.VIEW_JOINTS):
-            arms = inbox.every(topics.ARM_STATE)
-            newest = arms[-1].message if arms else None
-            if source == topics.VIEW_TRANSFORMS and (newest or self._fixed_due):
-                yield self._frames.transforms(newest, now, self._fixed_due)
-            elif source == topics.VIEW_JOINTS and newest:
-                yield self._frames.joints(newest, now)
-        elif source.buffering == "every":
+        if source not in (topics.VIEW_TRANSFORMS, topics.VIEW_JOINTS):
             yield from (item.message for item in inbox.every(source))
-        elif (item := inbox.fresh(source)) is not None:
-            yield item.message
+            return
+        arms = inbox.fresh(topics.ARM_STATE)
+        if source == topics.VIEW_TRANSFORMS and (arms or self._fixed_due):
+            yield self._frames.transforms(arms and arms.message, now, self._fixed_due)
+        elif source == topics.VIEW_JOINTS and arms:
+            yield self._frames.joints(arms.message, now)
 
     def _publish(self, source: Topic, output: Output, message: object, now: int) -> None:
         place = source.key, output.name

@@ -9,9 +9,10 @@ name of a rule.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
-from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.descriptor import Descriptor, FieldDescriptor
 from google.protobuf.message import DecodeError, Message
 
 from lariat.plain_text import is_plain, plain_text
@@ -54,10 +55,10 @@ def _check_fields(message: Message) -> None:
         values = value if field.is_repeated else (value,)
         if len(values) > MAX_COUNT:
             raise ValueError(f"{field.name} has {len(values)} values, more than {MAX_COUNT}")
-        if field.message_type is not None:
-            if field.message_type.full_name == "google.protobuf.Timestamp":
+        if (kind := field.message_type) is not None:
+            if kind.full_name == "google.protobuf.Timestamp":
                 check_integer(field.name, value.seconds * 10**9 + value.nanos)
-            if not field.message_type.GetOptions().map_entry:
+            if not _takes_any_value(kind):
                 for item in values:
                     _check_fields(item)
         elif field.enum_type is not None:
@@ -68,6 +69,20 @@ def _check_fields(message: Message) -> None:
             _check_scalars(field, values)
             if field.type == FieldDescriptor.TYPE_STRING and not all(map(is_plain, values)):
                 _make_plain(message, field)
+
+
+@cache
+def _takes_any_value(kind: Descriptor) -> bool:
+    """Whether the general check leaves a type out: entries of maps, and what holds single floats
+    alone, as points and colors, of which a drawing has thousands."""
+    floats = FieldDescriptor.CPPTYPE_DOUBLE, FieldDescriptor.CPPTYPE_FLOAT
+    return kind.GetOptions().map_entry or all(
+        not field.is_repeated
+        and (
+            _takes_any_value(field.message_type) if field.message_type else field.cpp_type in floats
+        )
+        for field in kind.fields
+    )
 
 
 def _make_plain(message: Message, field: FieldDescriptor) -> None:

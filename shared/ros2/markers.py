@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from shared.messages import from_timestamp
-from shared.ros2.types import header, pose, ros, vector
+from shared.ros2.types import header, ros, vector
 
 CUBE, SPHERE, CYLINDER, LINE_STRIP, TRIANGLE_LIST = 1, 2, 3, 4, 11
 """Types of visualization_msgs/Marker."""
@@ -44,33 +44,32 @@ class Markers:
 
 @dataclass(frozen=True)
 class _Shape:
+    """Shape whose pose, points and colors have the fields of ROS 2's."""
+
     type: int
     pose: Pose
-    scale: tuple[float, float, float]
+    scale: Any
     color: Color
-    points: tuple[Any, ...] = ()
-    colors: tuple[Color, ...] = ()
+    points: Sequence[Any] = ()
+    colors: Sequence[Color] = ()
 
 
 def _shapes(entity: SceneEntity) -> Iterator[_Shape]:
     for line in entity.lines:
-        scale = (line.thickness, 0.0, 0.0)
-        points, colors = tuple(line.points), tuple(line.colors)
-        yield _Shape(LINE_STRIP, line.pose, scale, line.color, points, colors)
+        scale = vector((line.thickness, 0.0, 0.0))
+        yield _Shape(LINE_STRIP, line.pose, scale, line.color, line.points, line.colors)
     bodies = (CUBE, entity.cubes), (SPHERE, entity.spheres), (CYLINDER, entity.cylinders)
     for kind, primitives in bodies:
         for body in primitives:
-            size = (body.size.x, body.size.y, body.size.z)
-            yield _Shape(kind, body.pose, size, body.color)
+            yield _Shape(kind, body.pose, body.size, body.color)
     for mesh in entity.triangles:
-        corners = tuple(mesh.points[k] for k in mesh.indices)
-        yield _Shape(TRIANGLE_LIST, mesh.pose, (1.0, 1.0, 1.0), mesh.color, corners)
+        corners = [mesh.points[k] for k in mesh.indices]
+        yield _Shape(TRIANGLE_LIST, mesh.pose, vector((1.0, 1.0, 1.0)), mesh.color, corners)
 
 
 def _marker(entity: SceneEntity, number: int, shape: _Shape | None) -> Any:
     """Marker of a shape, or the deletion of the one with its number."""
-    drawn = shape or _Shape(CUBE, Pose(), (0.0, 0.0, 0.0), Color())
-    p, q = drawn.pose.position, drawn.pose.orientation
+    drawn = shape or _Shape(CUBE, Pose(), vector((0.0, 0.0, 0.0)), Color())
     return ros(
         "visualization_msgs/msg/Marker",
         header=header(from_timestamp(entity.timestamp), entity.frame_id),
@@ -78,14 +77,10 @@ def _marker(entity: SceneEntity, number: int, shape: _Shape | None) -> Any:
         id=number,
         type=drawn.type,
         action=ADD if shape else DELETE,
-        pose=pose((p.x, p.y, p.z), (q.w, q.x, q.y, q.z)),
-        scale=vector(drawn.scale),
-        color=_color(drawn.color),
+        pose=drawn.pose,
+        scale=drawn.scale,
+        color=drawn.color,
         frame_locked=entity.frame_locked,
-        points=[vector((each.x, each.y, each.z), "Point") for each in drawn.points],
-        colors=[_color(each) for each in drawn.colors],
+        points=drawn.points,
+        colors=drawn.colors,
     )
-
-
-def _color(color: Color) -> Any:
-    return ros("std_msgs/msg/ColorRGBA", r=color.r, g=color.g, b=color.b, a=color.a)

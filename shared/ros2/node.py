@@ -16,6 +16,7 @@ import zenoh.ext
 from zenoh.handlers import RingChannel
 
 from shared.bus import BusError
+from shared.bus.configuration import SEND_QUEUE_SIZE
 from shared.bus.lingering import close_at_once
 from shared.door import Door
 from shared.ros2.router import DEFAULT_ROUTER
@@ -121,6 +122,7 @@ class Publisher:
     def __init__(self, session: zenoh.Session, entity: Entity) -> None:
         self.entity = entity
         qos, reliability = entity.qos, zenoh.Reliability
+        self._matched = qos.latched
         options: dict[str, Any] = {
             "encoding": _CDR,
             # Never wait for a reader.
@@ -139,12 +141,16 @@ class Publisher:
             )
         else:
             self._publisher = session.declare_publisher(entity.key, **options)
+            # For its status alone, Zenoh searches the graph.
+            self._changes = self._publisher.declare_matching_listener(RingChannel(1))
         self._sequence = 0
 
     @property
     def matched(self) -> bool:
         """Whether anybody subscribes, or may come later for a latched topic's last message."""
-        return self.entity.qos.latched or self._publisher.matching_status.matching
+        if not self.entity.qos.latched and (change := self._changes.try_recv()):
+            self._matched = change.matching
+        return self._matched
 
     def put(self, message: Any) -> None:
         """Publish a message of the topic's type."""
@@ -335,6 +341,8 @@ def _configuration(mode: str, router: str) -> zenoh.Config:
         "timestamping/enabled": True,
         "transport/shared_memory/enabled": False,
         "transport/link/rx/max_message_size": MAX_MESSAGE_SIZE,
+        # An image does not wait for the network's thread, batch by batch.
+        "transport/link/tx/queue/size/data": SEND_QUEUE_SIZE,
     }
     config = zenoh.Config()
     for key, value in settings.items():

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import cv2
@@ -26,6 +26,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
 from lariat.scenario import SIDES, Side
+from lariat.trajectory import SECOND
 from shared import topics
 from shared.cell_description import GRIP, WORLD_FRAME, frame_name
 from shared.messages import (
@@ -42,7 +43,7 @@ from shared.messages import (
     from_timestamp,
 )
 from shared.ros2.markers import Markers
-from shared.ros2.types import duration, header, pose, quaternion, ros, time, vector
+from shared.ros2.types import Rows, header, ros, time, vector
 from shared.ros2.wire import LATCHED, SENSOR, Qos
 from shared.topics import Topic
 
@@ -56,6 +57,10 @@ LOG_LEVELS = {
 """Levels of rcl_interfaces/Log."""
 FLOAT32, UINT32 = 7, 6
 """Data types of sensor_msgs/PointField."""
+XYZW = [1, 2, 3, 0]
+"""Order of a quaternion wxyz in ROS 2."""
+Fields = tuple[tuple[str, int, int], ...]
+"""Name, offset [bytes] and data type of each field of a cloud."""
 COLORED_POINT = np.dtype([("position", "<f4", 3), ("color", "u1", 4)])
 """Point of a drawn cloud, with red, green, blue, alpha."""
 
@@ -155,27 +160,17 @@ def _is_fixed(t: FrameTransform) -> bool:
 
 
 def _frames(found: list[FrameTransform]) -> Any | None:
+    # Its translation and rotation have the fields of ROS 2's.
     transforms = [
         ros(
             "geometry_msgs/msg/TransformStamped",
             header=header(from_timestamp(t.timestamp), t.parent_frame_id),
             child_frame_id=t.child_frame_id,
-            transform=_transform(
-                (t.translation.x, t.translation.y, t.translation.z),
-                (t.rotation.w, t.rotation.x, t.rotation.y, t.rotation.z),
-            ),
+            transform=t,
         )
         for t in found
     ]
     return ros("tf2_msgs/msg/TFMessage", transforms=transforms) if transforms else None
-
-
-def _transform(position: Any, orientation: Any) -> Any:
-    return ros(
-        "geometry_msgs/msg/Transform",
-        translation=vector(position),
-        rotation=quaternion(orientation),
-    )
 
 
 def _joint_state(message: JointStates) -> Any:
@@ -207,7 +202,7 @@ def _other_ropes(message: OtherRopes) -> Any:
 
 def _cloud(stamp: int, columns: Float64[np.ndarray, "n k"], names: tuple[str, ...]) -> Any:
     """Cloud of points in the world with 32-bit numbers, a column for each name."""
-    fields = [(name, 4 * k, FLOAT32) for k, name in enumerate(names)]
+    fields = tuple((name, 4 * k, FLOAT32) for k, name in enumerate(names))
     data = np.ascontiguousarray(columns, "<f4")
     return _point_cloud(header(stamp, WORLD_FRAME), fields, len(data), data.view(np.uint8).ravel())
 
@@ -228,35 +223,31 @@ def _pose_array(stamp: int, nodes: Float64[np.ndarray, "n 3"]) -> Any | None:
     """Poses of nodes, z along the chain."""
     if len(nodes) < 2:
         return None
-    tangents = poses.normalized(np.gradient(nodes, axis=0))
+    # Central differences, and those of the ends.
+    padded = np.concatenate([nodes[:1], nodes, nodes[-1:]])
+    tangents = poses.normalized(padded[2:] - padded[:-2])
     turns = poses.rotation_between(np.array([0.0, 0.0, 1.0]), tangents)
-    return ros(
-        "geometry_msgs/msg/PoseArray",
-        header=header(stamp, WORLD_FRAME),
-        poses=[pose(node, turn) for node, turn in zip(nodes, turns, strict=True)],
-    )
+    rows = Rows((len(nodes),), np.hstack([nodes, turns[:, XYZW]]))
+    return ros("geometry_msgs/msg/PoseArray", header=header(stamp, WORLD_FRAME), poses=rows)
 
 
 def _colored_points(message: PointCloud) -> Any:
     points = np.frombuffer(message.data, COLORED_POINT).copy()
     # RViz takes the colour as one number, blue in its lowest byte.
     points["color"] = points["color"][:, [2, 1, 0, 3]]
-    fields = [("x", 0, FLOAT32), ("y", 4, FLOAT32), ("z", 8, FLOAT32), ("rgba", 12, UINT32)]
+    fields = ("x", 0, FLOAT32), ("y", 4, FLOAT32), ("z", 8, FLOAT32), ("rgba", 12, UINT32)
     heading = header(from_timestamp(message.timestamp), message.frame_id)
     return _point_cloud(heading, fields, len(points), points.view(np.uint8))
 
 
-def _point_cloud(heading: Any, fields: list[tuple[str, int, int]], count: int, data: Any) -> Any:
+def _point_cloud(heading: Any, fields: Fields, count: int, data: Any) -> Any:
     step = 4 * len(fields)
     return ros(
         "sensor_msgs/msg/PointCloud2",
         header=heading,
         height=1,
         width=count,
-        fields=[
-            ros("sensor_msgs/msg/PointField", name=name, offset=offset, datatype=kind, count=1)
-            for name, offset, kind in fields
-        ],
+        fields=_point_fields(fields),
         point_step=step,
         row_step=count * step,
         data=data,
@@ -264,12 +255,20 @@ def _point_cloud(heading: Any, fields: list[tuple[str, int, int]], count: int, d
     )
 
 
+@cache
+def _point_fields(fields: Fields) -> list[Any]:
+    return [
+        ros("sensor_msgs/msg/PointField", name=name, offset=offset, datatype=kind, count=1)
+        for name, offset, kind in fields
+    ]
+
+
 def _compressed_image(message: CompressedImage) -> Any:
     return ros(
         "sensor_msgs/msg/CompressedImage",
         header=header(from_timestamp(message.timestamp), message.frame_id),
         format=message.format,
-        data=np.frombuffer(message.data, np.uint8),
+        data=_bytes(message.data),
     )
 
 
@@ -278,12 +277,12 @@ def _decoded_image(message: CompressedImage) -> Any | None:
     if image is None:
         return None
     height, width = image.shape[:2]
-    return _raw_image(message, height, width, "bgr8", 3 * width, image.ravel())
+    return _raw_image(message, height, width, "bgr8", 3 * width, image)
 
 
 def _image(message: RawImage) -> Any:
-    data = np.frombuffer(message.data, np.uint8)
-    return _raw_image(message, message.height, message.width, message.encoding, message.step, data)
+    size = message.height, message.width
+    return _raw_image(message, *size, message.encoding, message.step, message.data)
 
 
 def _raw_image(source: Any, height: int, width: int, encoding: str, step: int, data: Any) -> Any:
@@ -294,8 +293,13 @@ def _raw_image(source: Any, height: int, width: int, encoding: str, step: int, d
         width=width,
         encoding=encoding,
         step=step,
-        data=data,
+        data=_bytes(data),
     )
+
+
+def _bytes(data: Any) -> Rows:
+    content = np.frombuffer(data, np.uint8)
+    return Rows((content.size,), content, 1)
 
 
 def _camera_info(message: CameraCalibration) -> Any:
@@ -407,21 +411,21 @@ def _trajectory(grips: dict[str, tuple[Any, Any]], stamp: int, first: int, dt: i
         first: Time of the first point [ns].
         dt: Time between two points [ns].
     """
-    arrays = [
-        (np.reshape(positions, (-1, 3)), np.reshape(orientations, (-1, 4)))
-        for positions, orientations in grips.values()
+    arms = [
+        np.hstack([np.reshape(positions, (-1, 3)), np.reshape(turns, (-1, 4))[:, XYZW]])
+        for positions, turns in grips.values()
     ]
-    points = [
-        ros(
-            "trajectory_msgs/msg/MultiDOFJointTrajectoryPoint",
-            transforms=[_transform(positions[k], turns[k]) for positions, turns in arrays],
-            time_from_start=duration(first + k * dt),
-        )
-        for k in range(min(len(positions) for positions, _ in arrays))
-    ]
+    count = min(map(len, arms))
+    # A point begins with the number of its transforms, which `Rows` states for the first one.
+    rows = np.zeros(count, [("transforms", "<f8", (len(arms), 7)), ("rates", "<u4", 2),
+                            ("time", "<i4", 2), ("next", "<u4", 2)])  # fmt: skip
+    rows["transforms"] = np.stack([arm[:count] for arm in arms], axis=1)
+    times = [divmod(first + k * dt, SECOND) for k in range(count)]
+    rows["time"] = np.array(times, "<i4").reshape(count, 2)
+    rows["next"] = len(arms), 0
     return ros(
         "trajectory_msgs/msg/MultiDOFJointTrajectory",
         header=header(stamp, WORLD_FRAME),
         joint_names=[frame_name(side, GRIP) for side in grips],
-        points=points,
+        points=Rows((count, len(arms)), rows.view(np.uint8)[:-8]) if count else [],
     )

@@ -6,6 +6,8 @@ text of their files.
 
 from __future__ import annotations
 
+import struct
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, cast
@@ -69,11 +71,32 @@ def ros(kind: str, **fields: Any) -> Any:
     return STORE.types[kind](**(fields if len(fields) == len(zeros) else zeros | fields))
 
 
-def encoded(message: Any) -> bytearray:
-    """Return the CDR of a message."""
-    view = STORE.serialize_cdr(message, message.__msgtype__, little_endian=True)
-    # The buffer itself: an image is not copied once more.
-    return cast("bytearray", view.obj)
+@dataclass(frozen=True)
+class Rows:
+    """Last field of a message, a sequence without an object for each of its elements."""
+
+    counts: tuple[int, ...]
+    """Number of elements, and of those with which the first one begins."""
+    data: np.ndarray
+    """The bytes that follow."""
+    alignment: int = 8
+    """Their alignment [bytes]."""
+
+
+def encoded(message: Any) -> bytes | bytearray:
+    """Return the CDR of a message, whose last field may be `Rows`."""
+    kind = message.__msgtype__
+    last = STORE.fielddefs[kind][1][-1][0]
+    rows = getattr(message, last)
+    if not isinstance(rows, Rows):
+        view = STORE.serialize_cdr(message, kind, little_endian=True)
+        return cast("bytearray", view.obj)
+    empty = encoded(replace(message, **{last: np.zeros(0)}))
+    head = empty[:-4] + struct.pack(f"<{len(rows.counts)}I", *rows.counts)
+    # Alignment counts from the end of the header.
+    padding = bytes((len(CDR_HEADER) - len(head)) % rows.alignment)
+    # Each byte of an image is copied once.
+    return b"".join((head, padding, np.ascontiguousarray(rows.data)))
 
 
 def decoded(payload: bytes | bytearray, kind: str) -> Any:
@@ -134,16 +157,11 @@ def vector(xyz: Any, kind: str = "Vector3") -> Any:
     return ros(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
 
 
-def quaternion(wxyz: Any) -> Any:
-    """Return a quaternion wxyz as geometry_msgs/Quaternion."""
-    w, x, y, z = map(float, wxyz)
-    return ros("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
-
-
 def pose(position: Any, orientation: Any) -> Any:
     """Return a position [m] and a quaternion wxyz as geometry_msgs/Pose."""
-    place, turn = vector(position, "Point"), quaternion(orientation)
-    return ros("geometry_msgs/msg/Pose", position=place, orientation=turn)
+    w, x, y, z = map(float, orientation)
+    turn = ros("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+    return ros("geometry_msgs/msg/Pose", position=vector(position, "Point"), orientation=turn)
 
 
 def xyz(message: Any) -> tuple[float, float, float]:

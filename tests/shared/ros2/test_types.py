@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
+from shared.messages import ArmSetpoints, NodeChain, Setpoints
 from shared.ros2.outputs import outputs
 from shared.ros2.types import (
     STORE,
+    Rows,
     dds_name,
     decoded,
     define_action,
@@ -61,6 +66,39 @@ def test_a_message_returns_from_its_bytes():
     assert payload[:4] == b"\x00\x01\x00\x00"
     got = decoded(payload, "geometry_msgs/msg/PoseArray")
     assert (got.header.stamp.nanosec, got.poses[0].position.z) == (2, 0.3)
+
+
+@pytest.mark.parametrize(
+    "frame", ["w", "wo", "wor", "worl", "world", "world_", "world_1", "world_12"]
+)
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("rope/poses", NodeChain(positions=[0, 0, 0, 1, 0, 0, 2, 0.5, 0])),
+        (
+            "arm/setpoints",
+            Setpoints(
+                t0=-1,
+                dt=7,
+                arms=[
+                    ArmSetpoints(arm="left", positions=range(9), orientations=range(12)),
+                    ArmSetpoints(arm="right", positions=range(6), orientations=range(8)),
+                ],
+            ),
+        ),
+        ("arm/setpoints", Setpoints(arms=[ArmSetpoints(arm="left")])),
+        ("camera/{name}/depth/image_raw", RawImage(data=b"abc", encoding="16UC1")),
+    ],
+    ids=["poses", "trajectory", "empty", "image"],
+)
+def test_rows_have_the_bytes_of_their_objects(name: str, message: Any, frame: str):
+    (row,) = (output for output in outputs() if output.name == name)
+    sent = row.convert(message)
+    sent.header.frame_id = frame
+    payload = encoded(sent)
+    got = decoded(payload, row.type)
+    assert not any(isinstance(value, Rows) for value in vars(got).values())
+    assert encoded(got) == payload
 
 
 def test_padding_of_an_empty_sequence_at_the_end_is_taken():

@@ -20,6 +20,8 @@ system = $(or $(PYTHON),uv run --no-project --python 3.13 python) -c $(1) 2>/dev
 up: .venv/installed  ## the whole stack, live; opens the dashboard, or prints its address last
 	$(BIN)/lariat up $(SCENARIO) --browser
 
+# Tests start hundreds of processes, which would compile every module again.
+test: export PYTHONDONTWRITEBYTECODE =
 test: .venv/installed-dev  ## in parallel the tests that compute, one by one those of pages and those that are live
 	$(BIN)/pytest -m "not live and not slow and not ros" --numprocesses auto --dist loadfile --ignore tests/browser
 	$(BIN)/pytest -m "not live and not slow" tests/browser

@@ -11,6 +11,7 @@ import types
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, is_dataclass
+from functools import cache
 from importlib.metadata import entry_points
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -93,10 +94,12 @@ class Extensible:
         Raises:
             ConfigurationError: It is neither a known name nor of the form `package.module:Class`.
         """
-        names = [*self.included, *(point.name for point in entry_points(group=self.group))]
         module, colon, attribute = name.partition(":")
         parts = [*module.split("."), attribute] if colon else []
-        if name in names or (colon and all(part.isidentifier() for part in parts)):
+        if name in self.included or (colon and all(part.isidentifier() for part in parts)):
+            return
+        names = [*self.included, *(point.name for point in entry_points(group=self.group))]
+        if name in names:
             return
         hint = did_you_mean(name, names) or " or give 'package.module:Class'"
         options = ", ".join(repr(each) for each in names)
@@ -116,7 +119,7 @@ def read(kind: type[T], table: Mapping[str, Any], path: str = "") -> T:
         ConfigurationError: A key is unknown or missing, or a value has the wrong type or is out of
             bounds.
     """
-    hints = get_type_hints(kind, include_extras=True)
+    hints = _type_hints(kind)
     known_fields = {f.name: f for f in fields(kind)}  # pyright: ignore[reportArgumentType]
     for key in table:
         if key not in known_fields:
@@ -156,6 +159,11 @@ def parse_value(text: str) -> Any:
         return parse_toml(f"value = {text}")["value"]
     except ValueError:
         return text
+
+
+@cache
+def _type_hints(kind: type) -> dict[str, Any]:
+    return get_type_hints(kind, include_extras=True)
 
 
 def _unknown(key: str, keys: list[str], path: str) -> str:

@@ -14,8 +14,6 @@ from lariat.scenario import load
 from shared.messages import TaskRequest
 from tests.dashboard.stage import Stage
 
-pytestmark = pytest.mark.live
-
 SCENARIO = load("scenarios/three-cylinders.toml")
 
 
@@ -48,8 +46,8 @@ def test_service_publishes_no_request_without_a_person() -> None:
     with served(free_port()) as service:
         stage = Stage(service, SCENARIO)
         assert stage.step() == []
-        for k in range(30):
-            stage.play(k / 29.0)
+        for k in range(8):
+            stage.play(k / 7.0)
             stage.picture()
             assert stage.step() == []
 

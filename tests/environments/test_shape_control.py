@@ -79,7 +79,6 @@ def test_a_scene_that_changes_in_the_run_is_refused():
         ShapeControl(scene="moving")  # type: ignore[arg-type]
 
 
-@pytest.mark.live
 def test_environments_step_in_processes_of_their_own():
     options = {"node_count": 10, "plant_node_count": 10, "scene_count": 50}
     both = [

@@ -52,8 +52,9 @@ def test_every_expected_cause_is_a_row_of_the_table() -> None:
         assert set(case.causes) - {""} <= set(STOP_CAUSES)
 
 
-def test_arm_brakes_in_time_and_waits_for_a_person_when_processes_or_its_line_fail() -> None:
-    cases = ("controller-killed", "gateway-frozen", "line-cut")
+def test_arm_brakes_in_time_and_waits_for_a_person_when_gateway_or_line_fail() -> None:
+    # The death of the controller: tests/cli/test_live_stack.py.
+    cases = ("gateway-frozen", "line-cut")
     command = [sys.executable, "-m", "cli", "bench", "faults", "--json"]
     command += ["--cases", *cases]
     said = subprocess.run(command, capture_output=True, text=True, timeout=230.0)
@@ -62,5 +63,4 @@ def test_arm_brakes_in_time_and_waits_for_a_person_when_processes_or_its_line_fa
     for name in cases:
         assert name in results, said.stderr
         assert results[name]["ok"], results[name]["failure"]
-    assert results["controller-killed"]["braking_s"] <= 0.5
     assert all(f["resumed"] == "acknowledged" for f in results.values())

@@ -1,12 +1,8 @@
 from __future__ import annotations
 
-import pytest
-
 from dashboard.controls.hold_path import HoldPath
 from dashboard.web.cell_socket import HoldAnswer
 from shared.messages import ArmCommand, ArmStates
-
-pytestmark = pytest.mark.live
 
 MOVING = ArmStates(boot="boot-7", stamp=5, mode=ArmStates.MOVING, may_move=True)
 

@@ -12,8 +12,6 @@ from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import ArmCommand, ArmStates, Consent
 
-pytestmark = pytest.mark.live
-
 START = 1_000 * SECOND
 STEP = SECOND // 30
 AWAY = ArmStates(boot="boot-7", stamp=5, needs_approach=True, approach_distance=0.334)

@@ -4,8 +4,6 @@ import pytest
 
 from dashboard.web.access import Access, parse_address
 
-pytestmark = pytest.mark.live
-
 LAB = parse_address("https://lab.example")
 ACCESS = Access([LAB], "the token", "the password of the lab")
 

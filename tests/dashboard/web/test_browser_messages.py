@@ -11,8 +11,6 @@ from hypothesis import strategies as st
 from dashboard.web import browser_messages
 from dashboard.web.browser_messages import decode
 
-pytestmark = pytest.mark.live
-
 encode = msgspec.msgpack.encode
 
 CLICK = {"type": "GuiUpdateMessage", "uuid": "a", "updates": {"value": True}}

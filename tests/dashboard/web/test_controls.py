@@ -6,8 +6,6 @@ import pytest
 
 from dashboard.web.controls import ANSWER_TIME, RELOAD_TIME, Controls
 
-pytestmark = pytest.mark.live
-
 
 @pytest.fixture
 def controls() -> Controls:

@@ -16,8 +16,6 @@ from shared.ros2.types import header, ros
 from shared.ros2.wire import SENSOR
 from tests.shared.cell import free_port, until
 
-pytestmark = pytest.mark.live
-
 WIDTH, HEIGHT = 8, 6
 IMAGE, INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
 

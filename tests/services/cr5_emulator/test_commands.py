@@ -8,8 +8,6 @@ import pytest
 from services.cr5_emulator import frames
 from tests.services.cr5_emulator.bench import Bench, read
 
-pytestmark = pytest.mark.live
-
 POSE = "473.000000,-141.000000,469.000000,180.000000,0.000000,-90.000000"
 
 

@@ -9,8 +9,6 @@ from services.cr5_emulator import frames
 from shared.cr5.packet import PacketReader
 from tests.services.cr5_emulator.bench import Bench
 
-pytestmark = pytest.mark.live
-
 
 def segments(bench: Bench, ticks: int) -> list[bytes]:
     rows = []

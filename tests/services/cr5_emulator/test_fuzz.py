@@ -11,8 +11,6 @@ from hypothesis import strategies as st
 from tests.services.cr5_emulator import wire_v3, wire_v4
 from tests.services.cr5_emulator.bench import Bench, read
 
-pytestmark = pytest.mark.live
-
 CALLS = {
     "v3": [c for c, _ in (*wire_v3.DASHBOARD, *wire_v3.MOTION)],
     "v4": [c for c, _ in (*wire_v4.SETTINGS, *wire_v4.MOTION)],

@@ -9,8 +9,6 @@ from lariat.geometry.poses import Pose
 from services.cr5_emulator import frames
 from services.cr5_emulator.kinematics import CALIBRATED_GEOMETRY, NOMINAL_GEOMETRY
 
-pytestmark = pytest.mark.live
-
 HERE = Pose(np.zeros(3), poses.IDENTITY)
 # Joints [deg], flange [mm, deg], quaternion; poses 2 and 3 are the vendor's own numbers.
 POSES = [

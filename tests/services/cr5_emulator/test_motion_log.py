@@ -5,13 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.motion_log import MotionLog
 from services.cr5_emulator.options import EmulatorOptions
-
-pytestmark = pytest.mark.live
 
 
 def test_log_has_a_row_for_every_tick_and_goes_on_after_a_restart(tmp_path: Path) -> None:

@@ -10,8 +10,6 @@ from services.cr5_emulator.options import EmulatorOptions
 from tests.services.cr5_emulator import wire_v3, wire_v4
 from tests.services.cr5_emulator.bench import Bench
 
-pytestmark = pytest.mark.live
-
 NUMBER = r"-?\d+(?:\.\d+)?"
 
 

@@ -80,7 +80,7 @@ def test_fault_brakes_within_150_ms_is_named_and_waits_for_a_person(
     world.emulator.controller.dragging = False
     world.emulator.controller.pressed = False
     rest = world.emulator.controller.joints.copy()
-    world.follow(world.path, 0.7, since)  # pyright: ignore[reportAttributeAccessIssue]
+    world.follow(world.path, 0.3, since)  # pyright: ignore[reportAttributeAccessIssue]
     assert world.mode == "fault"
     # One point may have been under way to an arm that did not listen for a while.
     under_way = 0.02 if fault == "frozen" else 1e-3
@@ -89,7 +89,7 @@ def test_fault_brakes_within_150_ms_is_named_and_waits_for_a_person(
     world.go_on()
     here = world.cell.follower.state.positions[0]
     np.testing.assert_allclose(here, world.measured[-1], atol=1e-4)
-    world.follow(circle(here, 0.05, 0.1), 0.9)
+    world.follow(circle(here, 0.05, 0.1), 0.7)
     assert world.mode == "moving", world.report
     assert np.linalg.norm(world.measured[-1] - here) > 0.01
 

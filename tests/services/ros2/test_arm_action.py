@@ -24,8 +24,6 @@ from shared.runtime.service import Mailbox, Publication, Received
 from tests.robots import UR5
 from tests.shared.cell import free_port, until
 
-pytestmark = pytest.mark.live
-
 TICK = 8_000_000
 SCENARIO = load_with("fixed-end", UR5.settings("right"))
 TWO_ARMS = load_with("two-arms", (

@@ -41,8 +41,6 @@ from tests.services.ros2.test_arm_action import goal as trajectory_goal
 from tests.services.ros2.test_service import collision_object, goal, solid
 from tests.shared.cell import free_port, until
 
-pytestmark = pytest.mark.live
-
 PERIOD = 33_333_333
 TRIGGER = "std_srvs/srv/Trigger"
 ATTACHMENT = Attachment(1, 0, bytes(16)).encoded()

@@ -43,8 +43,6 @@ from shared.topics import Topic
 from stack.credentials.access_control import published_keys
 from tests.shared.cell import free_port, until
 
-pytestmark = pytest.mark.live
-
 PERIOD = 33_333_333
 TRIGGER = "std_srvs/srv/Trigger"
 

@@ -14,8 +14,6 @@ from shared.ros2.types import define_action, nanoseconds, ros, time
 from tests.shared.cell import until
 from tests.shared.ros2.graph import Graph
 
-pytestmark = pytest.mark.live
-
 FIBONACCI = "test_msgs/action/Fibonacci"
 
 

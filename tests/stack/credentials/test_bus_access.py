@@ -27,8 +27,6 @@ from stack.credentials.access_control import (
 )
 from stack.credentials.cell_credentials import make_credentials
 
-pytestmark = pytest.mark.live
-
 NAMESPACE = "cell"
 
 Join = Callable[..., Bus]

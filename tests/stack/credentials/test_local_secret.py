@@ -20,8 +20,6 @@ from stack import client
 from stack.credentials.local_secret import find_local_secret, local_secret, port_lock
 from tests.shared.cell import free_port, until
 
-pytestmark = pytest.mark.live
-
 
 @pytest.fixture(autouse=True)
 def runtime_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:

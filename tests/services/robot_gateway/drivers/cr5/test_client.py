@@ -9,8 +9,6 @@ from services.robot_gateway.drivers.cr5.client import Cr5Client
 from services.robot_gateway.drivers.cr5.power_sequences import EnableSettings
 from stack.simulation.emulated_arms import MemoryLink
 
-pytestmark = pytest.mark.live
-
 TICK = 8_000_000
 
 

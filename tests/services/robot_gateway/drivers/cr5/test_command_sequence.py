@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 from services.robot_gateway.drivers.cr5.command_sequence import (
     CommandSequence,
     Request,
@@ -11,8 +9,6 @@ from services.robot_gateway.drivers.cr5.command_sequence import (
     WaitUntil,
 )
 from services.robot_gateway.drivers.cr5.replies import Reply
-
-pytestmark = pytest.mark.live
 
 SECOND = 1_000_000_000
 

@@ -7,8 +7,6 @@ import pytest
 
 from services.robot_gateway.drivers.cr5.contact_force import FILTER_TIME_CONSTANT, ContactForce
 
-pytestmark = pytest.mark.live
-
 TICK = 8_000_000
 OFFSET = np.array([1.0, -2.0, 5.0])
 

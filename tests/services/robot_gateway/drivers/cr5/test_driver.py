@@ -8,8 +8,6 @@ import pytest
 from lariat.geometry.poses import Pose
 from tests.services.robot_gateway.arm_cell import GRIPS, ArmWorld, circle, off_path
 
-pytestmark = pytest.mark.live
-
 
 def streamed(firmware: str, seconds: float, **options: object) -> tuple[ArmWorld, float]:
     """A world that went round a circle at 0.1 m/s, and its greatest cross-track error [m]."""

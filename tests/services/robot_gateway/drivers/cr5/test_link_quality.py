@@ -1,10 +1,6 @@
 from __future__ import annotations
 
-import pytest
-
 from services.robot_gateway.drivers.cr5.link_quality import LinkQuality
-
-pytestmark = pytest.mark.live
 
 TICK = 8_000_000
 

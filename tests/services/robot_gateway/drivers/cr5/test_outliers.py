@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from services.robot_gateway.drivers.cr5.outliers import OutlierFilter
 from shared.cr5 import packet
-
-pytestmark = pytest.mark.live
 
 TICK = 8_000_000
 

@@ -8,8 +8,6 @@ from hypothesis import strategies as st
 from services.robot_gateway.drivers.cr5.replies import ReplyReader, integers
 from shared.cr5.packet import PacketReader, blank
 
-pytestmark = pytest.mark.live
-
 GOOD = [
     "0,{},EnableRobot(0.000000);",
     "0,{5},RobotMode();",

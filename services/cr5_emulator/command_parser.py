@@ -91,10 +91,7 @@ def _call(text: str) -> Call:
 
 
 def _split(text: str) -> list[str]:
-    """Split at commas outside of braces and quotes.
-
-    Text after a closing brace without a comma is an argument of its own, as the vendor states.
-    """
+    """Split at commas outside of braces and quotes."""
     items, depth, quoted, start = [], 0, False, 0
     for k, letter in enumerate(text):
         if letter == '"':
@@ -105,9 +102,6 @@ def _split(text: str) -> list[str]:
             depth += 1
         elif letter in "}])":
             depth = max(depth - 1, 0)
-            if letter == "}" and depth == 0 and text[k + 1 :].lstrip()[:1] not in ("", ","):
-                items.append(text[start : k + 1])
-                start = k + 1
         elif letter == "," and depth == 0:
             items.append(text[start:k])
             start = k + 1

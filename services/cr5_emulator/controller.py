@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from services.cr5_emulator.client_settings import ClientSettings
 from services.cr5_emulator.kinematics import (
     CALIBRATED_GEOMETRY,
     NOMINAL_GEOMETRY,
@@ -57,22 +56,20 @@ class Controller:
         """Time until power is on [s]."""
         self.enabled = False
         self.dragging = 0
-        """Hand guiding: 0 off, 1 by the joints, 2 by the force sensor."""
+        """Hand guiding: 0 off, 1 on."""
         self.pressed = False
         """Whether the emergency stop is pressed."""
+        self.not_tcp = False
+        """Whether the control mode is no longer TCP."""
+        self.uncalibrated = False
+        """Whether User and Tool fail."""
         self.alarms: list[int] = []
-        self.brakes = [False] * 6
         self.paused = False
-        self.paused_at: Joints | None = None
-        self.script = ""
-        """Name of the script that runs or is paused."""
-        self._script_remaining = 0.0
         self.queue_running = True
         self.queue: deque[QueueEntry] = deque()
         self.current: tuple[int, Motion] | None = None
         self.unqueued: Motion | None = None
         """Motion outside the queue, as a jog; it also runs during a pause."""
-        self._scheduled: list[tuple[float, Callable[[], None]]] = []
         self.number = 0
         """Number of the entry queued last."""
         self.finished = 0
@@ -83,14 +80,11 @@ class Controller:
         self.outputs = 0
         self.inputs = 0
         self.tool_outputs = [0, 0]
-        self.analog = [0.0, 0.0]
-        self.user = self.tool = 0
-        self.users: dict[int, np.ndarray] = {0: np.zeros(6)}
-        self.tools: dict[int, np.ndarray] = {0: np.zeros(6)}
         self.load = 0.0
         self.load_center = np.zeros(3)
         self.ratios = dict.fromkeys(("accj", "accl", "speedj", "speedl"), 100 if self.v4 else 50)
-        self.client_settings = ClientSettings(blending=0 if self.v4 else 50)
+        self.collision_level = 3
+        """0 (off) to 5 (most sensitive); stored without effect."""
 
     # Commands and events
 
@@ -103,8 +97,6 @@ class Controller:
             return 1
         if not self.powered:
             return 3
-        if any(self.brakes):
-            return 2
         if not self.enabled:
             return 4
         if self.dragging:
@@ -113,7 +105,7 @@ class Controller:
             return 8 if self.v4 else 11
         if self.paused:
             return 10
-        return 7 if self.busy or self.script else 5
+        return 7 if self.busy else 5
 
     @property
     def jogging(self) -> bool:
@@ -138,10 +130,16 @@ class Controller:
             self.powered, self.power_on_remaining = True, self.options.power_on_time
         return True
 
-    def enable(self) -> bool:
-        """Enable the drives; False when power is missing or an alarm is present."""
-        if not self.powered or self.power_on_remaining > 0.0 or self.alarms or any(self.brakes):
+    def enable(self, *load: float) -> bool:
+        """Enable the drives; False when power is missing or an alarm is present.
+
+        Args:
+            load: Arguments of `set_load`; empty: unchanged.
+        """
+        if not self.powered or self.power_on_remaining > 0.0 or self.alarms:
             return False
+        if load:
+            self.set_load(*load)
         self.stop()
         self.enabled, self.dragging = True, 0
         self.resume()
@@ -162,7 +160,6 @@ class Controller:
         """Discard the queue and brake."""
         self.queue.clear()
         self.current = self.unqueued = None
-        self.script = ""
         self._servo.drop()
         if np.any(self.target_speed):
             self._braking = Braking(self.target_speed.copy())
@@ -180,11 +177,12 @@ class Controller:
         if (EMERGENCY_STOP_ALARM in numbers and not self.v4) or (overspeed and not self.v4):
             self.powered = False
 
-    def press_emergency_stop(self) -> None:
-        """Press the emergency stop."""
-        self.pressed = True
-        self.alarm(EMERGENCY_STOP_ALARM)
-        self.enabled = False
+    def press_emergency_stop(self, pressed: bool = True) -> None:
+        """Press the emergency stop, or release it."""
+        self.pressed = pressed
+        if pressed:
+            self.alarm(EMERGENCY_STOP_ALARM)
+            self.enabled = False
 
     def lose_power(self) -> None:
         """Cut the power; the brakes engage."""
@@ -193,42 +191,40 @@ class Controller:
         self.dragging = 0
 
     def set_dragging(self, mode: int) -> None:
-        """Begin hand guiding by the joints (1) or the force sensor (2), or end it (0)."""
+        """Begin hand guiding (1) or end it (0)."""
         self.stop()
         self.dragging = mode
 
     def pause(self) -> None:
-        """Pause the queue or the script."""
+        """Pause the queue."""
         if self.enabled:
-            self.paused, self.paused_at = True, self.target.copy()
+            self.paused = True
 
     def resume(self) -> None:
         """End a pause, and unblock the queue."""
-        self.paused, self.paused_at = False, None
+        self.paused = False
         self.queue_running = True
 
-    def run_script(self, name: str) -> bool:
-        """Start one of the controller's scripts; the arm stands still while it runs."""
-        if not self.enabled or self.busy or self.script or name not in self.options.scripts:
+    def request_control(self) -> bool:
+        """Switch the control mode to TCP; False while the arm is enabled."""
+        if self.enabled:
             return False
-        self.script, self._script_remaining = name, self.options.script_time
+        self.not_tcp = False
         return True
 
-    def pause_script(self, pause: bool) -> bool:
-        """Pause or resume the script; False when none runs."""
-        if not self.script:
-            return False
-        if pause:
-            self.pause()
-        else:
-            self.resume()
-        return True
+    def set_load(self, mass: float, *center: float) -> None:
+        """Set the load at the flange [kg] and, unless empty, its centre [mm]."""
+        self.load = mass
+        self.load_center = np.array(center) if center else self.load_center
 
-    def stop_script(self) -> None:
-        """End the script that runs, if any."""
-        if self.script:
-            self.stop()
-            self.resume()
+    def switch(self, port: int, on: int) -> None:
+        """Switch an output."""
+        bit = 1 << (port - 1)
+        self.outputs = self.outputs | bit if on else self.outputs & ~bit
+
+    def switch_tool(self, port: int, on: int) -> None:
+        """Switch an output of the tool."""
+        self.tool_outputs[port - 1] = on
 
     def place(self, flange: Transform, near: Joints) -> bool:
         """Put the flange at a pose instantly, which no real arm can do; False when out of reach."""
@@ -249,25 +245,19 @@ class Controller:
         self.queue.append(QueueEntry(self.number, start))
         return self.number
 
-    def start_unqueued(self, motion: Motion) -> None:
-        """Start a motion at once, outside the queue."""
-        self.unqueued = motion
+    def count(self) -> int:
+        """Return the number of a command that is done without the queue."""
+        self.number += 1
+        self.finished = self.number
+        return self.number
 
     def stop_jog(self) -> None:
         """Brake a jog; a paused motion stays paused."""
         if self.current is not None and isinstance(self.current[1], JogMotion):
             self.stop()
-        self.stop_unqueued()
-
-    def stop_unqueued(self) -> None:
-        """Brake the motion outside the queue."""
         if self.unqueued is not None:
             self.unqueued = None
             self._braking = Braking(self.target_speed.copy())
-
-    def schedule(self, delay: float, action: Callable[[], None]) -> None:
-        """Run an action after a delay [s]."""
-        self._scheduled.append((self.time + delay, action))
 
     def follow_point(self, target: Joints, t: float, lookahead: float, gain: float) -> None:
         """Take a servo point; raises Alarm. See `ServoFollower.aim`."""
@@ -280,16 +270,12 @@ class Controller:
         self.time += h
         if self.power_on_remaining > 0.0:
             self.power_on_remaining = max(self.power_on_remaining - h, 0.0)
-        self._advance_script(h)
-        for due, action in [row for row in self._scheduled if row[0] <= self.time]:
-            self._scheduled.remove((due, action))
-            action()
         before = self.target
         try:
             self._servo.aim_due(self.time, self.target)
             target = self._next_target(h)
             if self._braking is None:
-                check_range(target, self.client_settings.axis_limits, before)
+                check_range(target, before)
             self.target = target
         except Alarm as alarm:
             self.target = before
@@ -301,12 +287,6 @@ class Controller:
         joints = self.joints + share * (self.target - self.joints)
         self.joint_speed, self.joints = (joints - self.joints) / h, joints
 
-    def _advance_script(self, h: float) -> None:
-        if self.script and not self.paused:
-            self._script_remaining -= h
-            if self._script_remaining <= 0.0:
-                self.script = ""
-
     def _next_target(self, h: float) -> Joints:
         if self._braking is not None:
             target = self._braking.advance(self.target, h)
@@ -316,10 +296,7 @@ class Controller:
         if not self.enabled or self.alarms or self.dragging:
             return self.target
         if self.unqueued is not None:
-            target = self.unqueued.advance(self.target, h)
-            if self.unqueued.done:
-                self.unqueued = None
-            return target
+            return self.unqueued.advance(self.target, h)
         if self.paused or not self.queue_running:
             return self.target
         if self._servo.active:

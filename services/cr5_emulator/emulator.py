@@ -252,8 +252,8 @@ class Emulator:
         self._apply_lasting()
 
     def _apply_lasting(self) -> None:
-        self.commands.power.not_tcp = bool({"not_tcp", "taken_over"} & self._active.keys())
-        self.commands.settings.uncalibrated = "no_user_tool" in self._active
+        self.controller.not_tcp = bool({"not_tcp", "taken_over"} & self._active.keys())
+        self.controller.uncalibrated = "no_user_tool" in self._active
 
     def _apply_once(self, fault: str) -> None:
         controller = self.controller

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
 from services.cr5_emulator import frames
 from services.cr5_emulator.controller import COLLISION_ALARM, Controller
 from services.cr5_emulator.tether import Tether
@@ -43,13 +42,10 @@ class FeedbackWriter:
 
     def _write_motion(self, r: np.ndarray) -> None:
         c = self._controller
-        user, tool = c.users[c.user], c.tools[c.tool]
         r["q_target"], r["qd_target"] = np.degrees(c.target), np.degrees(c.target_speed)
         r["qdd_target"] = np.degrees(c.target_acceleration)
         r["q_actual"], r["qd_actual"] = np.degrees(c.joints), np.degrees(c.joint_speed)
-        T_user_base, T_flange_tool = frames.inverse(frames.transform(user)), frames.transform(tool)
-        from_user = T_user_base[:3, :3]
-        r["tcp_force"] = np.ravel(self._wrench(T_flange_tool) @ from_user.T)
+        r["tcp_force"] = np.ravel(self._wrench())
         for name, joints, speed in (
             ("actual", c.joints, c.joint_speed),
             ("target", c.target, c.target_speed),
@@ -57,43 +53,34 @@ class FeedbackWriter:
             links = c.geometry.frames(joints)
             if name == "actual" and not c.v4:
                 r["elbow_position"] = 1e3 * links[2, :3, 3]
-            pose = T_user_base @ links[-1] @ T_flange_tool
-            r[f"tool_vector_{name}"] = frames.vector(pose)
-            r[f"{name}_quaternion"] = frames.quaternion(pose)
+            r[f"tool_vector_{name}"] = frames.vector(links[-1])
+            r[f"{name}_quaternion"] = frames.quaternion(links[-1])
             linear, angular = (c.geometry.jacobian(links) @ speed).reshape(2, 3)
-            # Velocity of the tool's tip, which rotates with the flange.
-            linear = linear + poses.cross(angular, links[-1][:3, :3] @ tool[:3] / 1e3)
-            r[f"tcp_speed_{name}"] = np.concatenate(
-                [1e3 * from_user @ linear, np.degrees(from_user @ angular)]
-            )
+            r[f"tcp_speed_{name}"] = np.concatenate([1e3 * linear, np.degrees(angular)])
 
-    def _wrench(self, T_flange_tool: np.ndarray) -> Float64[np.ndarray, "2 3"]:
-        """Force and torque on the gripper about the tool's tip, in the base [N, N m]."""
+    def _wrench(self) -> Float64[np.ndarray, "2 3"]:
+        """Force and torque on the gripper about the flange, in the base [N, N m]."""
         c = self._controller
         wrench = np.zeros((2, 3))
         wrench[0] = c.options.force_noise * self._noise.normal(size=3)
         if self._tether is not None:
             flange = c.flange(c.joints)
-            wrench += self._tether.wrench(flange, (flange @ T_flange_tool)[:3, 3])
+            wrench += self._tether.wrench(flange, flange[:3, 3])
         return wrench
 
     def _write_state(self, r: np.ndarray) -> None:
         c = self._controller
         r["motor_temperatures"], r["joint_modes"] = 30.0, 8.0
         r["joint_voltages"] = 48.0 if c.powered else 0.0
-        r["user"], r["tool"] = c.user, c.tool
         r["queue_running"], r["queue_paused"] = c.queue_running, c.paused
         r["velocity_ratio"], r["acceleration_ratio"] = c.ratios["speedj"], c.ratios["accj"]
         for kind in ("xyz", "r"):
             r[f"{kind}_velocity_ratio"] = c.ratios["speedl"]
             r[f"{kind}_acceleration_ratio"] = c.ratios["accl"]
-        # Bit 0 is J6, bit 5 is J1; 1 means released.
-        r["brake_status"] = sum(
-            1 << (5 - k) for k, free in enumerate(c.brakes) if free or c.enabled
-        )
+        # A bit for each joint; 1 means released.
+        r["brake_status"] = 0b111111 if c.enabled else 0
         r["enable_status"], r["drag_status"] = c.enabled, c.dragging
         r["running_status"], r["error_status"] = c.busy, bool(c.alarms)
         r["jog_status"] = c.jogging
         r["robot_type"] = c.options.robot_type
         r["load"], r["load_center"] = c.load, c.load_center
-        r["user_frame"], r["tool_frame"] = c.users[c.user], c.tools[c.tool]

@@ -1,4 +1,4 @@
-"""Poses in user and tool frames, and their vectors in the protocol."""
+"""Poses of the flange in the base, and their vectors in the protocol."""
 
 from __future__ import annotations
 
@@ -38,14 +38,6 @@ def vector(T: Transform) -> Vector:
     return np.array([1e3 * x, 1e3 * y, 1e3 * z, *degrees])
 
 
-def inverse(T: Transform) -> Transform:
-    """Return the inverse of a pose."""
-    inverted = np.eye(4)
-    inverted[:3, :3] = T[:3, :3].T
-    inverted[:3, 3] = -T[:3, 3] @ T[:3, :3]
-    return inverted
-
-
 def quaternion(T: Transform) -> Float64[np.ndarray, "4"]:
     """Return the orientation as wxyz with w >= 0."""
     return poses.from_matrix(T[:3, :3])
@@ -63,51 +55,11 @@ def _interpolate_rotation(
     start: np.ndarray, end: np.ndarray, progress: float
 ) -> Float64[np.ndarray, "3 3"]:
     """Return the rotation at a fraction of the shortest rotation between two."""
-    q = quaternion(_rotation(end @ start.T))
+    q = poses.from_matrix(end @ start.T)
     angle = 2.0 * np.arctan2(np.linalg.norm(q[1:]), q[0]) * progress
     axis = q[1:] / max(float(np.linalg.norm(q[1:])), 1e-12)
     K = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
     return (np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K) @ start
-
-
-def _rotation(R: np.ndarray) -> Transform:
-    T = np.eye(4)
-    T[:3, :3] = R
-    return T
-
-
-def arc(start: Transform, through: Transform, end: Transform, full: bool) -> tuple:
-    """Return the path on the circle through three points and its length [m]; None if collinear."""
-    p, q, r = start[:3, 3], through[:3, 3], end[:3, 3]
-    normal = np.cross(q - p, r - p)
-    if np.linalg.norm(normal) < 1e-9:
-        return None, 0.0
-    # The centre is equidistant from all three and lies in their plane.
-    A = np.stack([q - p, r - p, normal])
-    centre = np.linalg.solve(A, [(q @ q - p @ p) / 2.0, (r @ r - p @ p) / 2.0, normal @ p])
-    x = p - centre
-    y = np.cross(normal / np.linalg.norm(normal), x)
-    radius = float(np.linalg.norm(x))
-    angle = 2.0 * np.pi
-    if not full:
-        angle = float(np.arctan2((r - centre) @ y, (r - centre) @ x)) % (2.0 * np.pi)
-
-    def path(progress: float) -> Transform:
-        T = interpolate(start, start if full else end, progress)
-        T[:3, 3] = centre + np.cos(angle * progress) * x + np.sin(angle * progress) * y
-        return T
-
-    return path, radius * angle
-
-
-def in_frames(flange: Transform, user: Vector, tool: Vector) -> Transform:
-    """Return the tool's pose in the user frame, for a flange pose in the base."""
-    return inverse(transform(user)) @ flange @ transform(tool)
-
-
-def to_flange(pose: Transform, user: Vector, tool: Vector) -> Transform:
-    """Return the flange pose in the base, for a tool pose in the user frame."""
-    return transform(user) @ pose @ inverse(transform(tool))
 
 
 def offset_pose(pose: Transform, offset: Transform, in_own_frame: bool) -> Transform:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from jaxtyping import Float64
 
 from services.cr5_emulator.kinematics import Geometry, Joints, Transform
 
@@ -49,8 +48,6 @@ class Motion(Protocol):
     """A motion while it runs."""
 
     done: bool
-    progress: float
-    """Progress from 0 to 1; 0 for a motion without an end."""
 
     def advance(self, joints: Joints, h: float) -> Joints:
         """Return the joint angles `h` [s] later; raises Alarm."""
@@ -70,27 +67,21 @@ def singularity(geometry: Geometry, joints: Joints, near: float = SINGULARITY_MA
     return 0 if in_plane < near**2 else None
 
 
-def check_range(
-    joints: Joints,
-    limits: Float64[np.ndarray, "6 2"] | None = None,
-    before: Joints | None = None,
-) -> None:
+def check_range(joints: Joints, before: Joints | None = None) -> None:
     """Check the joint range.
 
     Args:
         joints: Joint angles [rad].
-        limits: Least and greatest angle of each joint [rad]; by default the mechanical ones.
         before: Joint angles before: motion back into the range is allowed.
 
     Raises:
         Alarm: The first joint that is past its end.
     """
-    low, high = (-JOINT_RANGE, JOINT_RANGE) if limits is None else limits.T
-    excess = np.maximum(joints - high, low - joints)
+    excess = np.abs(joints) - JOINT_RANGE
     if before is not None:
-        excess = np.where(excess > np.maximum(before - high, low - before), excess, 0.0)
+        excess = np.where(excess > np.abs(before) - JOINT_RANGE, excess, 0.0)
     for k in np.nonzero(excess > 0.0)[0]:
-        raise Alarm(64 + 2 * int(k) + (0 if joints[k] > high[k] else 1))
+        raise Alarm(64 + 2 * int(k) + (0 if joints[k] > 0.0 else 1))
 
 
 @dataclass(frozen=True)
@@ -138,13 +129,12 @@ class JointMotion:
         self._profile = Trapezoid(
             speed * JOINT_SPEED / size, acceleration * JOINT_ACCELERATION / size
         )
-        self._time, self.done, self.progress = 0.0, False, 0.0
+        self._time, self.done = 0.0, False
 
     def advance(self, joints: Joints, h: float) -> Joints:
         self._time += h
         self.done = self._time >= self._profile.duration
-        self.progress = self._profile(self._time)
-        return self._start + self.progress * self._displacement
+        return self._start + self._profile(self._time) * self._displacement
 
 
 class LineMotion:
@@ -163,7 +153,7 @@ class LineMotion:
         self._geometry, self._path = geometry, path
         length = max(length, 1e-4)
         self._profile = Trapezoid(speed / length, acceleration / length)
-        self._time, self.done, self.progress = 0.0, False, 0.0
+        self._time, self.done = 0.0, False
         joints = start
         for progress in np.linspace(0.0, 1.0, PLANNED_POINT_COUNT + 1)[1:]:
             solved = geometry.solve(path(float(progress)), joints)
@@ -180,8 +170,7 @@ class LineMotion:
     def advance(self, joints: Joints, h: float) -> Joints:
         self._time += h
         self.done = self._time >= self._profile.duration
-        self.progress = self._profile(self._time)
-        solved = self._geometry.solve(self._path(self.progress), joints)
+        solved = self._geometry.solve(self._path(self._profile(self._time)), joints)
         if solved is None:
             raise Alarm(33)
         kind = singularity(self._geometry, solved)
@@ -233,7 +222,7 @@ class JogMotion:
     def __init__(self, geometry: Geometry, rate: Joints | None, twist: np.ndarray | None) -> None:
         """Args: rate: Joint speeds [rad/s], or twist: of the flange in the base [m/s, rad/s]."""
         self._geometry, self._rate, self._twist = geometry, rate, twist
-        self.done, self.progress = False, 0.0
+        self.done = False
 
     def advance(self, joints: Joints, h: float) -> Joints:
         rate = self._rate
@@ -258,49 +247,4 @@ class Braking:
         after = self._speed * (left / max(size, 1e-12))
         joints = joints + (self._speed + after) * (h / 2.0)
         self._speed, self.done = after, left == 0.0
-        return joints
-
-
-class Delay:
-    """Wait without moving."""
-
-    def __init__(self, seconds: float) -> None:
-        self._remaining = seconds
-        self.done, self.progress = False, 0.0
-
-    def advance(self, joints: Joints, h: float) -> Joints:
-        self._remaining -= h
-        self.done = self._remaining <= 0.0
-        return joints
-
-
-@dataclass(frozen=True)
-class Trigger:
-    """Output that switches at a point of a motion."""
-
-    distance: float
-    """Distance from the start, or from the end when negative; in percent, or in mm or degrees."""
-    percent: bool
-    switch: Callable[[], None]
-
-    def progress(self, length: float) -> float:
-        """Progress at which it switches, from 0 to 1."""
-        progress = self.distance / (100.0 if self.percent else max(length, 1e-9))
-        return min(max(progress if self.distance >= 0.0 else 1.0 + progress, 0.0), 1.0)
-
-
-class TriggeredMotion:
-    """Motion that switches outputs on the way."""
-
-    def __init__(self, motion: Motion, length: float, triggers: tuple[Trigger, ...]) -> None:
-        """Args: length: Length of the motion, in mm or degrees as the triggers count."""
-        self._motion = motion
-        self._waiting = sorted(((t.progress(length), k, t) for k, t in enumerate(triggers)))
-        self.done, self.progress = False, 0.0
-
-    def advance(self, joints: Joints, h: float) -> Joints:
-        joints = self._motion.advance(joints, h)
-        self.done, self.progress = self._motion.done, self._motion.progress
-        while self._waiting and self._waiting[0][0] <= self.progress + 1e-9:
-            self._waiting.pop(0)[2].switch()
         return joints

@@ -82,12 +82,6 @@ class EmulatorOptions:
     """Decimals of numbers in replies."""
     result_id: bool = True
     """Whether V4 replies to queued commands with their number."""
-    scripts: tuple[str, ...] = ("demo",)
-    """Names of the controller's scripts; the arm stands still while one runs."""
-    script_time: float = 5.0
-    """Duration of every script [s]."""
-    skin: bool = False
-    """Whether the arm has the vendor's safety skin."""
     tether: tuple[float, ...] = ()
     """Elastic tether at the gripper: x y z of its fixed end in the base [m], rest length [m],
     stiffness [N/m], and x y z of the grip in the flange [m]; empty: no tether."""
@@ -117,11 +111,6 @@ class EmulatorOptions:
     def version(self) -> Release:
         """The release, or the latest one of the firmware."""
         return self.release or LATEST_RELEASE[self.firmware]
-
-    @property
-    def frame_count(self) -> int:
-        """Largest index of a user or tool frame."""
-        return 50 if self.version >= "4.6" else 9
 
     @property
     def fault_times(self) -> dict[str, float]:

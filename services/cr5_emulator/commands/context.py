@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from services.cr5_emulator import frames
-from services.cr5_emulator.commands.signature import Command, Failure, Parameter, option
+from services.cr5_emulator.commands.signature import Command, Failure, Parameter
 from services.cr5_emulator.controller import Controller, StartAction
 from services.cr5_emulator.kinematics import Joints, Transform
 from services.cr5_emulator.motions import Alarm
@@ -28,14 +27,17 @@ class CommandContext:
         self.controller = controller
         self.options = controller.options
         self.v4 = controller.v4
-        self.shift = np.zeros(6)
-        """Offset of the user frame while StartRTOffset is in effect [mm, deg]."""
-
-    # The queue
+        self.index = Parameter("integer", 0, 50 if self.options.version >= "4.6" else 9)
+        """Parameter for the index of a user or tool frame."""
+        self.frame_options = tuple(
+            Parameter("integer", 0, self.index.high, key) for key in ("user", "tool")
+        )
+        """Named parameters for the indices of user and tool frame."""
 
     def run_now(self, action: Callable[[], Any]) -> str:
         """Run an action at once; the reply is empty."""
-        action()
+        if action() is False:
+            raise Failure(-1)
         return ""
 
     def queued(self, start: StartAction) -> str:
@@ -45,56 +47,25 @@ class CommandContext:
             raise Failure(-1)
         return self.numbered(number)
 
-    def run_in_order(self, action: Callable[[], Any]) -> str:
+    def run_in_order(self, action: Callable[[], None]) -> str:
         """Run an action after the motions that are queued; at once when there are none."""
         if self.controller.busy:
-
-            def start(joints: Joints) -> None:
-                del joints
-                action()
-
-            return self.queued(start)
-        self.controller.number += 1
-        self.controller.finished = self.controller.number
+            return self.queued(lambda joints: action())
         action()
-        return self.numbered(self.controller.number)
+        return self.numbered(self.controller.count())
 
     def numbered(self, number: int) -> str:
         """Return the reply to a queued command: on V4 its number."""
         return str(number) if self.v4 and self.options.result_id else ""
 
-    # Replies
-
     def numbers(self, values: Any) -> str:
         """Format numbers for a reply."""
         return ",".join(f"{v:.{self.options.decimals}f}" for v in values)
 
-    # Frames
-
-    @property
-    def index(self) -> Parameter:
-        """Parameter for the index of a user or tool frame."""
-        return Parameter("integer", 0, self.options.frame_count)
-
-    @property
-    def frame_options(self) -> tuple[Parameter, Parameter]:
-        """Named parameters for the indices of user and tool frame."""
-        most = self.options.frame_count
-        return option("user", "integer", 0, most), option("tool", "integer", 0, most)
-
-    def frames(self, options: NamedValues) -> tuple[np.ndarray, np.ndarray]:
-        """Return user and tool frame; raises Failure(-1) when one is not calibrated."""
-        c = self.controller
-        user, tool = options.get("user", c.user), options.get("tool", c.tool)
-        if user not in c.users or tool not in c.tools:
+    def check_frames(self, *indices: int) -> None:
+        """Raise Failure(-1) for a frame other than base and flange: none is calibrated."""
+        if any(indices):
             raise Failure(-1)
-        return c.users[user], c.tools[tool]
-
-    def flange(self, vector: Any, options: NamedValues) -> Transform:
-        """Return the flange pose in the base [m], for a tool pose in the user frame [mm, deg]."""
-        user, tool = self.frames(options)
-        pose = frames.transform(np.array(vector, dtype=float))
-        return frames.to_flange(frames.transform(self.shift) @ pose, user, tool)
 
     def nearest_solution(self, goal: Transform, joints: Joints) -> Joints:
         """Return the inverse solution nearest to given joint angles [rad].

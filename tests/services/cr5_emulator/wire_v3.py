@@ -1,4 +1,4 @@
-"""Calls of the vendor's V3 Python client, and the expected replies.
+"""Calls of the vendor's V3 Python client and ROS driver, and the expected replies.
 
 An answer is `error,{values},echo;`. Beside each text stands the error when it is negative, else how
 many numbers there are between the braces, or exactly what stands there.
@@ -8,15 +8,32 @@ from __future__ import annotations
 
 POSE = "473.000000,-141.000000,469.000000,180.000000,0.000000,-90.000000"
 UP = "473.000000,-141.000000,489.000000,180.000000,0.000000,-90.000000"
-SIDE = "483.000000,-131.000000,479.000000,180.000000,0.000000,-90.000000"
 JOINTS = "0.000000,0.000000,-90.000000,0.000000,90.000000,0.000000"
+
+UNKNOWN = (
+    # Methods of the client that none of its programs calls, and settings without a use here.
+    "BrakeControl(1,1)",
+    "AO(1,5.000000)",
+    "Arch(0)",
+    "SetArmOrientation(1,1,-1,1)",
+    "SetCollideDrag(0)",
+    "SetTerminal485(115200,8,N,1)",
+    "TCPSpeed(200)",
+    "DOGroup(4,1,6,0,2,1,7,0)",
+    # The client would send a comma behind the last one.
+    "DOGroup(4,1,)",
+    "RunScript(demo)",
+    "SetUser(1,{10,0,0,0,0,0})",
+    "SetAxisLimit(-357,357,-178,178,-160,160,-178,178,-178,178,-357,357)",
+    # SetPayload is V4's; the client's own lacks its commas besides.
+    "SetPayload(1.0000001,2,3,)",
+)
+"""What a client of V3 may also send to port 29999, each answered once with -10000."""
 
 DASHBOARD: list[tuple[str, int | str]] = [
     ("PowerOn()", 0),
     ("ClearError()", 0),
     ("DisableRobot()", 0),
-    ("BrakeControl(1,1)", 0),
-    ("BrakeControl(1,0)", 0),
     ("EnableRobot()", 0),
     ("EnableRobot(1.500000)", 0),
     ("EnableRobot(1.500000,0.000000,0.000000,30.500000)", 0),
@@ -31,21 +48,12 @@ DASHBOARD: list[tuple[str, int | str]] = [
     ("DOExecute(1,0)", 0),
     ("ToolDO(1,1)", 0),
     ("ToolDOExecute(1,0)", 0),
-    ("AO(1,5.000000)", 0),
-    ("AOExecute(1,5.000000)", 0),
     ("AccJ(50)", 0),
     ("AccL(50)", 0),
     ("SpeedJ(50)", 0),
     ("SpeedL(50)", 0),
     ("CP(0)", 0),
-    ("Arch(0)", 0),
-    ("LimZ(100)", 0),
-    # The client's second method of this name sends one argument of four.
-    ("SetArmOrientation(1)", -20000),
-    ("SetArmOrientation(1,1,-1,1)", 0),
     ("GetErrorID()", "[[],[],[],[],[],[],[]]"),
-    # SetPayload is V4's; the client's own lacks its commas besides.
-    ("SetPayload(1.0000001,2,3,)", -10000),
     (f"PositiveSolution({JOINTS},0,0)", 6),
     (f"InverseSolution({POSE},0,0)", 6),
     (f"InverseSolution({POSE},0,0,1,{{{JOINTS}}})", 6),
@@ -54,46 +62,18 @@ DASHBOARD: list[tuple[str, int | str]] = [
     ("SetCollisionLevel(3)", 0),
     ("GetAngle()", 6),
     ("GetPose()", 6),
-    ("SetSafeSkin(1)", -1),
-    ("SetObstacleAvoid(1)", -1),
-    ("SetCollideDrag(0)", 0),
-    ("SetTerminalKeys(0)", 0),
-    ("SetTerminal485(115200,8,N,1)", 0),
-    ("GetTerminal485()", "115200, 8, N, 1"),
-    ("TCPSpeed(200)", 0),
-    ("TCPSpeedEnd()", 0),
+    ("GetPose(User=0,Tool=0)", 6),
+    ("GetPose(User=1,Tool=1)", -1),
     ("DI(1)", "0"),
     ("DI(33)", -40001),
     ("ToolDI(1)", "0"),
-    ("DIGroup(4,6,2,7)", "0,0,0,0"),
-    ("DOGroup(4,1,6,0,2,1,7,0)", 0),
-    # The client would send a comma behind the last one.
-    ("DOGroup(4,1,)", -20000),
-    ("DOGroup(4,1,6)", -20000),
     ("StartDrag()", 0),
     ("RobotMode()", "6"),
     ("StopDrag()", 0),
-    ("LoadSwitch(1)", 0),
-    ("wait(100)", 0),
     ("pause()", 0),
     ("RobotMode()", "10"),
     ("continue()", 0),
-    ("RunScript(demo)", 0),
-    ("RobotMode()", "7"),
-    ("PauseScript()", 0),
-    ("RobotMode()", "10"),
-    ("ContinueScript()", 0),
-    ("StopScript()", 0),
-    ("PauseScript()", -1),
-    ("RunScript(nothing)", -1),
-    ("CalcUser(0,1,{10,0,0,0,0,0})", "10.000000,0.000000,0.000000,0.000000,0.000000,0.000000"),
-    ("SetUser(1,{10,0,0,0,0,0})", 0),
-    ("User(1)", 0),
-    ("User(0)", 0),
-    ("SetTool(1,{0,0,100,0,0,0})", 0),
-    ("GetPose(User=1,Tool=1)", 6),
-    ("GetAxisLimit()", 12),
-    ("SetAxisLimit(-357,357,-178,178,-160,160,-178,178,-178,178,-357,357)", -1),
+    *((call, -10000) for call in UNKNOWN),
     ("EmergencyStop()", 0),
     ("RobotMode()", "9"),
     ("GetErrorID()", "[[116],[],[],[],[],[],[]]"),
@@ -108,20 +88,10 @@ MOTION: list[tuple[str, int | str]] = [
     # The first of the options is the user frame.
     (f"MovL({POSE},60)", -40007),
     (f"JointMovJ({JOINTS},SpeedJ=60,AccJ=50)", 0),
-    (f"MovLIO({UP},{{0,50,1,1}})", 0),
-    (f"MovLIO({POSE},{{0,50,1,0}},{{1,5,2,1}},SpeedL=50)", 0),
     # As the client's own example has it: Python's tuples.
-    (f"MovLIO({POSE},(0, 50, 1, 0),(1, 1, 2, 1))", -30007),
-    (f"MovJIO({UP},{{1,-5,2,0}})", 0),
-    (f"MovJIO({POSE},(0, 50, 1, 0))", -30007),
-    (f"MovJIO({POSE},{{0,150,1,0}})", -40007),
-    (f"MovJIO({POSE})", -20000),
+    (f"MovLIO({POSE},(0, 50, 1, 0),(1, 1, 2, 1))", -10000),
+    (f"Arc({UP},{POSE})", -10000),
     (f"MovL({POSE})", 0),
-    (f"Arc({SIDE},{UP})", 0),
-    (f"Circle3({SIDE},{POSE},1)", 0),
-    (f"MovL({POSE})", 0),
-    ("RelMovJ(1.000000,0.000000,0.000000,0.000000,0.000000,0.000000)", 0),
-    ("RelMovL(1.000000,0.000000,0.000000)", 0),
     ("RelMovJTool(1.000000,0.000000,0.000000,0.000000,0.000000,0.000000, 0)", 0),
     (
         "RelMovJTool(1.000000,0.000000,0.000000,0.000000,0.000000,0.000000, 0,"
@@ -141,6 +111,8 @@ MOTION: list[tuple[str, int | str]] = [
     (f"ServoJ({JOINTS},0.100000,50.000000,500.000000)", 0),
     (f"ServoJ({JOINTS},t=0.100000,lookahead_time=50.000000,gain=500.000000)", 0),
     (f"ServoJ({JOINTS},0.010000,50.000000,500.000000)", -40007),
+    # The ROS driver's.
+    (f"servoj({JOINTS},t=0.100,aheadtime=50.0)", 0),
     (f"ServoJS({JOINTS})", -10000),
     (f"ServoP({POSE})", 0),
     ("MoveJog(J1+)", 0),

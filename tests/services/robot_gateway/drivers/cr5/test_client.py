@@ -53,7 +53,7 @@ def test_arm_without_power_is_powered_enabled_and_set_in_this_order() -> None:
         "SetCollisionLevel(4)",
         "Continue()",
     ]
-    assert line.emulator.controller.client_settings.collision_level == 4
+    assert line.emulator.controller.collision_level == 4
 
 
 def test_v4_is_asked_for_control_and_to_release_its_emergency_stop_first() -> None:

@@ -11,7 +11,7 @@ UP = "473.000000,-141.000000,489.000000,180.000000,0.000000,-90.000000"
 JOINTS = "0.000000,0.000000,-90.000000,0.000000,90.000000,0.000000"
 
 UNKNOWN = (
-    # Methods of the client that none of its programs calls, and settings without a use here.
+    # Methods of the client that none of its demos calls, and settings without a use here.
     "BrakeControl(1,1)",
     "AO(1,5.000000)",
     "Arch(0)",

@@ -11,7 +11,7 @@ ID = "ID"
 STEP = "1.000000,0.000000,0.000000,0.000000,0.000000,0.000000"
 
 UNKNOWN = (
-    # Methods of the client that none of its programs calls, and settings without a use here.
+    # Methods of the client that none of its demos calls, and settings without a use here.
     "BrakeControl(1,1)",
     "SetUser(1,{10,0,0,0,0,0})",
     "SetUser(1,{0,0,100,0,0,0}123,1)",

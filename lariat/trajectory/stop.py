@@ -81,7 +81,7 @@ class Stop:
             Displacements [m, rad], twists [m/s, rad/s] and accelerations [m/s^2, rad/s^2].
         """
         left = np.asarray(t, dtype=float)
-        displacements = np.zeros_like(self.twists)
+        displacements = np.zeros(np.broadcast_shapes(left.shape, self.twists.shape))
         twists, accelerations = self.twists, self.accelerations
         for jerk, duration in zip(self.jerks, self.durations, strict=True):
             if not duration.any():

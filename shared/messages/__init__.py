@@ -4,12 +4,15 @@ The `.proto` files of this folder document every field. Stamps are integer nanos
 are SI, quaternions are wxyz, lists of points are flat (x, y, z of one point after the other).
 """
 
+# The generated modules hold messages and their enums only.
+# ruff: noqa: F403, F405
+
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-from google.protobuf.message import Message
+from google.protobuf.message import Message as Message
 from google.protobuf.timestamp_pb2 import Timestamp
 from jaxtyping import Float64
 
@@ -19,152 +22,13 @@ from lariat.geometry.poses import Pose
 from lariat.scenario.sections import goal as scenario_goal
 from lariat.shapes import SHAPES
 from lariat.trajectory import NANOSECONDS
-from shared.messages.arm_pb2 import (
-    ArmCommand,
-    ArmSetpoints,
-    ArmState,
-    ArmStates,
-    Consent,
-    JointPath,
-    JointTrajectory,
-    Setpoints,
-)
-from shared.messages.control_pb2 import (
-    Estimate,
-    Parameters,
-    Path,
-    Plan,
-    RodParameters,
-    RunResult,
-    XpbdParameters,
-)
-from shared.messages.rope_pb2 import NodeChain, OtherRope, OtherRopes, RopeLine
-from shared.messages.runs_pb2 import (
-    RunCurves,
-    RunFile,
-    RunList,
-    RunListRequest,
-    RunMark,
-    RunMotion,
-    RunPicture,
-    RunSummary,
-    RunVideo,
-)
-from shared.messages.scene_pb2 import (
-    Obstacle,
-    ObstacleMotion,
-    Scene,
-    SceneMotion,
-    SceneRequest,
-)
-from shared.messages.system_pb2 import (
-    CampaignState,
-    CampaignTrial,
-    Health,
-    ProcessState,
-    RecordState,
-    ScenarioEntry,
-    StackRequest,
-    StackState,
-    Trace,
-    TraceInput,
-    Variation,
-)
-from shared.messages.task_pb2 import (
-    FAILED,
-    IDLE,
-    PAUSED,
-    REACHED,
-    RUNNING,
-    Goal,
-    GoalDraft,
-    GoalList,
-    GoalListRequest,
-    GoalPreview,
-    Grip,
-    RunState,
-    SavedGoal,
-    TaskRequest,
-    TaskState,
-)
-
-__all__ = [
-    "FAILED",
-    "IDLE",
-    "PAUSED",
-    "REACHED",
-    "RUNNING",
-    "ArmCommand",
-    "ArmSetpoints",
-    "ArmState",
-    "ArmStates",
-    "CampaignState",
-    "CampaignTrial",
-    "Consent",
-    "Estimate",
-    "Goal",
-    "GoalDraft",
-    "GoalList",
-    "GoalListRequest",
-    "GoalPreview",
-    "Grip",
-    "Health",
-    "JointPath",
-    "JointTrajectory",
-    "Message",
-    "NodeChain",
-    "Obstacle",
-    "ObstacleMotion",
-    "OtherRope",
-    "OtherRopes",
-    "Parameters",
-    "Path",
-    "Plan",
-    "ProcessState",
-    "RecordState",
-    "RodParameters",
-    "RopeLine",
-    "RunCurves",
-    "RunFile",
-    "RunList",
-    "RunListRequest",
-    "RunMark",
-    "RunMotion",
-    "RunPicture",
-    "RunResult",
-    "RunState",
-    "RunSummary",
-    "RunVideo",
-    "SavedGoal",
-    "ScenarioEntry",
-    "Scene",
-    "SceneMotion",
-    "SceneRequest",
-    "Setpoints",
-    "StackRequest",
-    "StackState",
-    "TaskRequest",
-    "TaskState",
-    "Trace",
-    "TraceInput",
-    "Variation",
-    "XpbdParameters",
-    "arm_pose",
-    "arm_state",
-    "chain",
-    "from_timestamp",
-    "goal_message",
-    "goal_of",
-    "grip",
-    "grip_pose",
-    "motion_message",
-    "obstacle_message",
-    "obstacle_motions",
-    "poses_known",
-    "scene_obstacles",
-    "stamp_of",
-    "timestamp",
-]
+from shared.messages.arm_pb2 import *
+from shared.messages.control_pb2 import *
+from shared.messages.rope_pb2 import *
+from shared.messages.runs_pb2 import *
+from shared.messages.scene_pb2 import *
+from shared.messages.system_pb2 import *
+from shared.messages.task_pb2 import *
 
 
 def chain(flat: object) -> Float64[np.ndarray, "n 3"]:

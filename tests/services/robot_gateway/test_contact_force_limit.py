@@ -76,7 +76,7 @@ def test_weight_of_arm_and_tool_is_no_contact_force() -> None:
     world = tethered("v4")
     bias = np.array([[0.0, 0.0, -55.0], [0.0, 0.0, 0.0]])
     plain = world.emulator.feedback._wrench
-    world.emulator.feedback._wrench = lambda T_flange_tool: plain(T_flange_tool) + bias
+    world.emulator.feedback._wrench = lambda: plain() + bias
     assert world.command("disarm") == ""
     world.run(0.2)
     assert world.command("arm") == ""

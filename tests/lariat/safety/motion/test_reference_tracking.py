@@ -76,3 +76,9 @@ def test_braking_in_ticks_follows_the_planned_stop() -> None:
         np.testing.assert_allclose(state.positions, expected.positions, atol=1e-12)
         np.testing.assert_allclose(state.twists, expected.twists, atol=1e-12)
     assert state.resting
+
+
+def test_command_at_rest_stays_at_rest() -> None:
+    command = TRACKER.advance(REST, REST, REST, H)
+    assert command.state.resting
+    assert command.stop.duration == 0.0

@@ -13,8 +13,6 @@ from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
-import numpy as np
-
 from lariat.arms.description import arm_description
 from lariat.arms.urdf import Urdf
 from lariat.geometry import poses
@@ -128,16 +126,6 @@ def _add_joint(
     joint = ElementTree.SubElement(robot, "joint", name=name, type=kind)
     ElementTree.SubElement(joint, "parent", link=WORLD_FRAME)
     ElementTree.SubElement(joint, "child", link=child)
-    angles = roll_pitch_yaw(poses.matrix(T_world_child.orientation))
+    angles = poses.roll_pitch_yaw(poses.matrix(T_world_child.orientation))
     xyz, rpy = (" ".join(f"{v:.9g}" for v in vector) for vector in (T_world_child.position, angles))
     ElementTree.SubElement(joint, "origin", xyz=xyz, rpy=rpy)
-
-
-def roll_pitch_yaw(R: np.ndarray) -> tuple[float, float, float]:
-    """Return the angles about the fixed axes x, y, z of a rotation matrix [rad], as in a URDF."""
-    flat = float(np.hypot(R[0, 0], R[1, 0]))
-    pitch = float(np.arctan2(-R[2, 0], flat))
-    if flat < 1e-9:
-        # Roll and yaw turn about the same axis.
-        return float(np.arctan2(-R[1, 2], R[1, 1])), pitch, 0.0
-    return float(np.arctan2(R[2, 1], R[2, 2])), pitch, float(np.arctan2(R[1, 0], R[0, 0]))

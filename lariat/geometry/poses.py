@@ -148,6 +148,19 @@ def from_matrix(R: Float64[np.ndarray, "3 3"]) -> Float64[np.ndarray, "4"]:
     return np.array([value / norm for value in q])
 
 
+def roll_pitch_yaw(R: Float64[np.ndarray, "3 3"]) -> tuple[float, float, float]:
+    """Return the angles about the fixed axes x, y, z of a rotation matrix [rad], as in a URDF.
+
+    Where the pitch is a quarter turn, roll and yaw turn about the same axis, and the roll is zero.
+    """
+    (a, b, _), (c, d, _), (e, f, g) = R.tolist()
+    level = math.hypot(a, c)
+    pitch = math.atan2(-e, level)
+    if level < 1e-9:
+        return 0.0, pitch, math.atan2(-b, d)
+    return math.atan2(f, g), pitch, math.atan2(c, a)
+
+
 def exponential(rotation_vector: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b 4"]:
     """Return the unit quaternion of a rotation vector [rad]."""
     v = np.asarray(rotation_vector, dtype=np.float64)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
-from services.cr5_emulator import frames
+from lariat.geometry import poses
 from services.cr5_emulator.controller import COLLISION_ALARM, Controller
 from services.cr5_emulator.tether import Tether
 from shared.cr5 import packet
+from shared.cr5.pose_vectors import vector_of
 
 
 class FeedbackWriter:
@@ -53,8 +54,9 @@ class FeedbackWriter:
             links = c.geometry.frames(joints)
             if name == "actual" and not c.v4:
                 r["elbow_position"] = 1e3 * links[2, :3, 3]
-            r[f"tool_vector_{name}"] = frames.vector(links[-1])
-            r[f"{name}_quaternion"] = frames.quaternion(links[-1])
+            flange = links[-1]
+            r[f"tool_vector_{name}"] = vector_of(flange[:3, 3], flange[:3, :3])
+            r[f"{name}_quaternion"] = poses.from_matrix(flange[:3, :3])
             linear, angular = (c.geometry.jacobian(links) @ speed).reshape(2, 3)
             r[f"tcp_speed_{name}"] = np.concatenate([1e3 * linear, np.degrees(angular)])
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Sequence
-from typing import Protocol
 
 from lariat.arms.description import with_own_urdfs
 from lariat.scenario import Scenario
@@ -18,6 +17,7 @@ from services.recorder.runs.runs import Runs
 from services.recorder.view.cell_view import WRITES, CellView
 from shared import topics
 from shared.arm_rest import stands
+from shared.bus import RawMessage
 from shared.door import Door
 from shared.messages import ArmStates, RecordState, validation
 from shared.runtime.service import Inbox, Publication
@@ -41,23 +41,6 @@ MAX_STREAMS = 4096
 """Most pairs of topic and publisher whose numbers are remembered, and most keys."""
 MAX_LOSS = 1_000_000
 """Most messages that one gap in a publisher's numbers counts for: numbers can be made up."""
-
-
-class EncodedMessage(Protocol):
-    """Message as it crossed the bus, not yet decoded."""
-
-    @property
-    def key(self) -> str: ...
-    @property
-    def payload(self) -> bytes: ...
-    @property
-    def publisher(self) -> str: ...
-    @property
-    def sequence(self) -> int: ...
-    @property
-    def received(self) -> int: ...
-    @property
-    def published(self) -> int: ...
 
 
 class RecorderService:
@@ -89,7 +72,7 @@ class RecorderService:
         self._runs.load()
         self._goals.load()
 
-    def tap(self, message: EncodedMessage) -> None:
+    def tap(self, message: RawMessage) -> None:
         """Take a message of the bus."""
         topic = self._topic(message.key)
         if topic is None:
@@ -110,7 +93,7 @@ class RecorderService:
         with self.door.guard(message.key):
             self._view.take(message.key, message.payload)
 
-    def _follow(self, message: EncodedMessage) -> None:
+    def _follow(self, message: RawMessage) -> None:
         """Follow runs and the motion of the arms."""
         if message.key == topics.TASK_STATE.key:
             task = validation.decode(topics.TASK_STATE, message.payload)
@@ -121,7 +104,7 @@ class RecorderService:
         elif message.key == topics.ARM_STATE.key and _is_moving(message.payload):
             self._files.take_motion(message.received)
 
-    def _count_drops(self, message: EncodedMessage) -> None:
+    def _count_drops(self, message: RawMessage) -> None:
         stream = message.key, message.publisher
         expected = self._next_sequence.pop(stream, message.sequence)
         self._drops += min(max(0, message.sequence - expected), MAX_LOSS)

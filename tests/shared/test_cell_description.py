@@ -14,7 +14,7 @@ from lariat.geometry import poses
 from lariat.protocols import ArmFacts
 from lariat.scenario import SIDES, find, load
 from lariat.scenario.settings import load_with
-from shared.cell_description import arm_urdf, cell_urdf, frame_name, roll_pitch_yaw
+from shared.cell_description import arm_urdf, cell_urdf, frame_name
 from tests.robots import PANDA, UR5, Robot
 
 
@@ -73,18 +73,3 @@ def test_an_arm_whose_file_is_elsewhere_is_left_out():
     moved = replace(scenario, ends=replace(scenario.ends, right=end))
     assert "right/grip" in cell_urdf(moved)
     assert frame_name("right", UR5.flange) not in cell_urdf(moved)
-
-
-@pytest.mark.parametrize(
-    "angles", [(0.3, -0.5, 2.0), (0.0, np.pi / 2, 0.7), (1.0, -np.pi / 2, 0.0)]
-)
-def test_angles_of_a_rotation_give_it_back(angles):
-    def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
-        about = [
-            poses.exponential(a * axis)
-            for a, axis in zip((roll, pitch, yaw), np.eye(3), strict=True)
-        ]
-        return poses.matrix(poses.multiply(about[2], poses.multiply(about[1], about[0])))
-
-    R = rotation(*angles)
-    np.testing.assert_allclose(rotation(*roll_pitch_yaw(R)), R, atol=1e-7)

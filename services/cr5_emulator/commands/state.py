@@ -20,7 +20,9 @@ from services.cr5_emulator.commands.signature import (
     Parameter,
 )
 from services.cr5_emulator.controller import COLLISION_ALARM
+from services.cr5_emulator.kinematics import Joints
 from services.cr5_emulator.motions import Alarm
+from shared.cr5.pose_vectors import Vector, vector_of
 
 LOAD_MASS = Parameter("number", 0.0, 5.0)
 """Load at the flange [kg]."""
@@ -154,12 +156,15 @@ class StateCommands:
         if len(options) == 1:
             raise Failure(WRONG_COUNT)
         self._context.check_frames(*options.values())
-        return self._context.numbers(frames.vector(self._arm.flange(self._arm.joints)))
+        return self._context.numbers(self._vector(self._arm.joints))
+
+    def _vector(self, joints: Joints) -> Vector:
+        flange = self._arm.flange(joints)
+        return vector_of(flange[:3, 3], flange[:3, :3])
 
     def _forward(self, values: Values, options: NamedValues) -> str:
         self._context.check_frames(*values[6:], *options.values())
-        flange = self._arm.flange(np.radians(values[:6]))
-        return self._context.numbers(frames.vector(flange))
+        return self._context.numbers(self._vector(np.radians(values[:6])))
 
     def _inverse(self, values: Values, options: NamedValues) -> str:
         self._context.check_frames(*values[6:8], options.get("user", 0), options.get("tool", 0))

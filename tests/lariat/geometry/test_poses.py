@@ -78,3 +78,18 @@ def test_rotation_from_one_quaternion_to_another_turns_the_one_into_the_other(
     np.testing.assert_allclose(found * signs, after, atol=1e-12)
     assert not poses.rotation_from(before, before).any()
     np.testing.assert_allclose(poses.turned(np.zeros((3, 4, 3)), before)[2], before, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "angles", [(0.3, -0.5, 2.0), (0.0, np.pi / 2, 0.7), (1.0, -np.pi / 2, 0.0)]
+)
+def test_angles_of_a_rotation_give_it_back(angles):
+    def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
+        about = [
+            poses.exponential(a * axis)
+            for a, axis in zip((roll, pitch, yaw), np.eye(3), strict=True)
+        ]
+        return poses.matrix(poses.multiply(about[2], poses.multiply(about[1], about[0])))
+
+    R = rotation(*angles)
+    np.testing.assert_allclose(rotation(*poses.roll_pitch_yaw(R)), R, atol=1e-7)

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from services.cr5_emulator import frames
+from shared.cr5.pose_vectors import vector_of
 from tests.services.cr5_emulator.bench import Bench, read
 
 POSE = "473.000000,-141.000000,469.000000,180.000000,0.000000,-90.000000"
@@ -244,7 +244,7 @@ def test_placing_at_the_start_restores_the_joints_of_the_start() -> None:
     bench = Bench("v4", joints=start)
     arm = bench.emulator.controller
     pose = arm.geometry.flange(np.radians(start))
-    vector = ",".join(f"{v:.6f}" for v in frames.vector(pose))
+    vector = ",".join(f"{v:.6f}" for v in vector_of(pose[:3, 3], pose[:3, :3]))
     # Where the first arm of scenarios/two-arms.toml stands after a run.
     arm.target = arm.joints = np.radians([180.1, 42.6, 118.4, -161.0, -90.1, -180.0])
     assert bench.ask(f"EmulatorPlace({vector})").startswith("0,")

@@ -19,8 +19,7 @@ from hypothesis import given, seed
 from benchmarks.faults.hostile_messages import DRAWING, Messages, hostile
 from shared.bus import BusOptions
 from shared.bus.configuration import zenoh_configuration
-from shared.bus.encoding import PROTOBUF_ENCODING
-from shared.bus.message_check import MessageCheck, RawMessage
+from shared.bus.message_check import PROTOBUF_ENCODING, MessageCheck, RawMessage
 from shared.topics import STACK_REQUEST, TASK_REQUEST, TOPICS
 from stack.credentials.local_secret import find_local_secret
 

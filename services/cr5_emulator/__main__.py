@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
 import signal
 import sys
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,10 +18,14 @@ from lariat.scenario import Scenario, Side, load
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.motion_log import MotionLog
 from services.cr5_emulator.options import FAULTS, EmulatorOptions
-from services.cr5_emulator.priority import raised_priority
 from services.cr5_emulator.tcp_server import TcpServer, beat
 from shared.runtime.clock import SystemClock
 from shared.runtime.closed_pipe import ending_with_the_reader
+
+EMULATOR_NICENESS = -15
+"""Scheduling priority of the emulator, nice(2)."""
+AUTOGROUP_FILE = Path("/proc/self/autogroup")
+"""Priority of the process's session on Linux, which may be applied before that of the process."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +123,28 @@ async def _until_signal(work: Coroutine[Any, Any, None]) -> int:
     with contextlib.suppress(asyncio.CancelledError):
         await task
     return 0
+
+
+@contextlib.contextmanager
+def raised_priority() -> Iterator[None]:
+    """Run the block at `EMULATOR_NICENESS`; the session's priority is restored afterwards.
+
+    A real arm has its own computer; the emulator shares one with the stack.
+    """
+    with contextlib.suppress(PermissionError):
+        os.setpriority(
+            os.PRIO_PROCESS, 0, min(EMULATOR_NICENESS, os.getpriority(os.PRIO_PROCESS, 0))
+        )
+    before = None
+    with contextlib.suppress(OSError, ValueError):
+        before = int(AUTOGROUP_FILE.read_text().rpartition(" ")[2])
+        AUTOGROUP_FILE.write_text(str(min(EMULATOR_NICENESS, before)))
+    try:
+        yield
+    finally:
+        if before is not None:
+            with contextlib.suppress(OSError):
+                AUTOGROUP_FILE.write_text(str(before))
 
 
 if __name__ == "__main__":

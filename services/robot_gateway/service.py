@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -24,17 +25,18 @@ from services.robot_gateway.messages import (
     sign_of_life_of,
     trajectory_of,
 )
-from services.robot_gateway.shutdown import bring_to_rest
 from services.robot_gateway.state_logger import StateLogger
 from services.robot_gateway.writer_control import WriterChunk
 from shared import topics
 from shared.door import Door
 from shared.messages import Scene, SceneMotion, Setpoints, obstacle_motions, scene_obstacles
-from shared.runtime.clock import SystemClock
+from shared.runtime.clock import Clock, SystemClock
 from shared.runtime.service import Inbox, Publication, Received
 
 MOTION_PERIOD = SECOND // 25
 """Time between two updates of moving obstacles [ns]."""
+BRAKING_TIMEOUT = 1.2
+"""Longest time to brake and to disable [s]; the launcher kills a service that takes longer."""
 REACTION_TIME = 0.25
 """Time by which the places of moving obstacles are kept free in advance [s]: until the next update
 and until arms at full speed stand still."""
@@ -186,6 +188,18 @@ class RobotGatewayService:
 
         chunks = [item for item in reversed(arrived) if not item.message.hold]
         self.cell.take_chunks(self.door.converted(topics.ARM_SETPOINTS.key, chunks, chunk))
+
+
+def bring_to_rest(cell: Cell, clock: Clock) -> None:
+    """Disarm a cell and step it until its arms report that their drives are off."""
+    period = cell.watchdog.settings.period
+    cell.disarm()
+    begun = clock.now()
+    while (clock.now() - begun) * NANOSECONDS < BRAKING_TIMEOUT:
+        cell.step(clock.now())
+        if cell.follower.resting and not cell.arms.powered:
+            break
+        time.sleep(period)
 
 
 def build(

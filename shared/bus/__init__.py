@@ -12,9 +12,15 @@ sequence numbers, and counted. A message larger than its topic allows is dropped
 
 from __future__ import annotations
 
-from shared.bus.keys import check_namespace, key_expression
 from shared.bus.message_check import RawMessage
-from shared.bus.options import DEFAULT_HUB, BusError, BusOptions, Unreachable
+from shared.bus.options import (
+    DEFAULT_HUB,
+    BusError,
+    BusOptions,
+    Unreachable,
+    check_namespace,
+    key_expression,
+)
 from shared.bus.publisher import Publisher
 from shared.bus.session import Bus, open
 from shared.bus.subscription import MAX_KEYS, RawSubscription, Subscription

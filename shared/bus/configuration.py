@@ -8,8 +8,7 @@ from typing import Any
 
 import zenoh
 
-from shared.bus.keys import check_namespace, key_expression
-from shared.bus.options import BusError, BusOptions, reason_of
+from shared.bus.options import BusError, BusOptions, check_namespace, key_expression, reason_of
 from shared.topics import MAX_IMAGE_SIZE, TOPICS
 
 HEADER_SIZE = 4096

@@ -1,4 +1,4 @@
-"""Check of messages as they crossed the bus: type, version and content.
+"""Messages as they cross the bus, and the check of their type, version and content.
 
 An invalid message is refused at a door ([shared/door.py](../door.py)).
 """
@@ -8,13 +8,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import zenoh
+
 from shared.door import Door
 from shared.messages import validation
+from shared.messages.checks.values import MAX_INTEGER
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION
 
 MAX_PUBLISHERS = 4096
 """Most publishers whose numbers are remembered."""
+PROTOBUF_ENCODING = "application/protobuf;"
+"""Encoding of a message, before the full name of its type."""
+MAX_PUBLISHER_LENGTH = 128
+"""Number of characters after which the id of a publisher is cut."""
 
 
 @dataclass(frozen=True)
@@ -64,3 +71,27 @@ class MessageCheck:
                 )
             return validation.decode(topic, raw.payload)
         return None
+
+
+def raw_message(sample: zenoh.Sample, received: int) -> RawMessage:
+    """Return a message as it came, with the time of its receipt [ns]."""
+    attached = sample.attachment
+    attachment = attached.to_bytes() if attached else b""
+    words = attachment.decode(errors="replace").split(" ")
+    sequence, publisher, version, published = (*words, "", "", "", "")[:4]
+    return RawMessage(
+        key=str(sample.key_expr),
+        type=str(sample.encoding).removeprefix(PROTOBUF_ENCODING),
+        payload=sample.payload.to_bytes(),
+        publisher=publisher[:MAX_PUBLISHER_LENGTH],
+        sequence=_integer(sequence),
+        received=received,
+        version=_integer(version),
+        published=_integer(published),
+    )
+
+
+def _integer(text: str) -> int:
+    """Integer of at most 19 digits that fits a message; 0 for any other text."""
+    valid = text.isascii() and text.isdecimal() and len(text) <= 19
+    return min(int(text), MAX_INTEGER) if valid else 0

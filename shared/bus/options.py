@@ -1,4 +1,4 @@
-"""Options with which a process joins the bus, and the errors of joining."""
+"""Options with which a process joins the bus, the errors of joining, and the keys of topics."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from typing import Literal
 
 DEFAULT_HUB = "tcp/127.0.0.1:7448"
 """Endpoint of the launcher's hub by default."""
+_NAMESPACE = re.compile(
+    r"(?:[^\x00-\x20*$?#/@][^\x00-\x1f*$?#/]*/)*[^\x00-\x20*$?#/@][^\x00-\x1f*$?#/]*"
+)
 
 
 @dataclass(frozen=True)
@@ -42,3 +45,21 @@ def reason_of(error: Exception) -> str:
     if message := re.search(r'msg: "(.*?)"(?:,|\))', line):
         line = message[1]
     return re.sub(r" at /\S+:\d+\.?", "", line)
+
+
+def check_namespace(namespace: str) -> None:
+    """Check the name of a cell.
+
+    Raises:
+        BusError: Zenoh would refuse it.
+    """
+    if not _NAMESPACE.fullmatch(namespace):
+        raise BusError(
+            f"--namespace {namespace!r} names no cell; give a name without * $ ? #, such as cell"
+        )
+
+
+def key_expression(key: str) -> str:
+    """Return the Zenoh key expression of a topic's key: a placeholder becomes a wildcard."""
+    start, end = key.find("{"), key.find("}")
+    return key if start < 0 else f"{key[:start]}*{key[end + 1 :]}"

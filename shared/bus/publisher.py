@@ -8,8 +8,7 @@ from collections.abc import Sequence
 
 import zenoh
 
-from shared.bus.encoding import PROTOBUF_ENCODING
-from shared.bus.message_check import RawMessage
+from shared.bus.message_check import PROTOBUF_ENCODING, RawMessage
 from shared.messages import Message
 from shared.runtime.clock import Clock
 from shared.topics import Topic

@@ -11,9 +11,8 @@ from dataclasses import dataclass, field
 import zenoh
 from zenoh.handlers import RingChannel
 
-from shared.bus.encoding import raw_message
-from shared.bus.keys import key_expression
-from shared.bus.message_check import MAX_PUBLISHERS, MessageCheck, RawMessage
+from shared.bus.message_check import MAX_PUBLISHERS, MessageCheck, RawMessage, raw_message
+from shared.bus.options import key_expression
 from shared.door import Door
 from shared.runtime.clock import Clock
 from shared.runtime.service import Received

@@ -101,7 +101,7 @@ class _ByTime(Alignment):
                     self.untraced[key] += len(entries)
                     continue
                 for entry in entries:
-                    yield _of_no_step(entry)
+                    yield of_no_step(entry)
 
 
 class _ByNumber(Alignment):
@@ -145,7 +145,7 @@ class _ByNumber(Alignment):
                 if position > end:
                     self.untraced[key] += 1
                 else:
-                    yield _of_no_step(entry)
+                    yield of_no_step(entry)
 
     def _first(self, key: str) -> int:
         """Number of the first message on a topic that the traced steps sent."""
@@ -156,7 +156,8 @@ class _ByNumber(Alignment):
         return min(after, default=0)
 
 
-def _of_no_step(entry: Entry) -> Difference:
+def of_no_step(entry: Entry) -> Difference:
+    """Return the difference of a recorded message that no step published."""
     return Difference(
         entry.key, entry.sequence, entry.log_time, "", entry.schema, "nothing", kind="lacks"
     )

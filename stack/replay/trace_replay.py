@@ -19,7 +19,7 @@ from shared import topics
 from shared.messages import Trace
 from shared.recording import Entry
 from shared.runtime.service import Inbox, Received, Service
-from stack.replay.alignment import Alignment, Pair, aligned
+from stack.replay.alignment import Alignment, Pair, aligned, of_no_step
 from stack.replay.comparison import Difference, field_differences, largest_differences
 from stack.replay.recorded_service import RecordedService, TracedStep
 
@@ -125,11 +125,7 @@ def _compare(result: ReplayResult, pair: Pair, now: int) -> None:
     entry = pair.recorded
     if pair.published is None:
         assert entry is not None
-        result.differences.append(
-            Difference(
-                entry.key, entry.sequence, entry.log_time, "", entry.schema, "nothing", kind="lacks"
-            )
-        )
+        result.differences.append(of_no_step(entry))
         return
     topic, message = pair.published
     schema = topic.type.DESCRIPTOR.full_name

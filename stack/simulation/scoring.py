@@ -28,10 +28,8 @@ from shared.messages import (
     scene_obstacles,
 )
 from shared.messages.parameters import named_parameters
-from stack.simulation.horizon_error import HorizonError
-from stack.simulation.sensing_error import SensingError
+from stack.simulation.rope_errors import HorizonError, SensingError, TrueRope
 from stack.simulation.simulated_time import Delivery
-from stack.simulation.true_rope import TrueRope
 
 FINAL_ERROR_WINDOW = SECOND // 5
 """Time before the end of a run over which the final error is averaged [ns]."""
@@ -122,7 +120,7 @@ class Scorer:
                 if self.started and message.stamp >= self.started:
                     rope = TrueRope(message.stamp, chain(message.positions))
                     self._take_rope(rope)
-                    self.horizon_error.take_rope(rope.stamp, rope.nodes)
+                    self.horizon_error.take_rope(rope)
                     self.sensing_error.take_rope(rope)
             case topics.ARM_STATE.key:
                 self._newest_arms = delivery.payload

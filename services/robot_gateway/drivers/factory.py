@@ -14,8 +14,7 @@ from lariat.scenario.placement import base_of, tool_of
 from lariat.scenario.sections import DRIVERS
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.driver import Driver
-from services.robot_gateway.drivers.fixed import FixedDriver
-from services.robot_gateway.drivers.ideal import IdealDriver
+from services.robot_gateway.drivers.ideal import FixedDriver, IdealDriver
 
 INCLUDED_ARMS = {
     "ros2": "services.robot_gateway.drivers.ros2:Ros2Arm",

@@ -1,4 +1,4 @@
-"""Driver of an ideal arm: no device, no tracking error."""
+"""Drivers of ends without a device: an ideal arm without tracking error, and a clamp."""
 
 from __future__ import annotations
 
@@ -53,3 +53,15 @@ class IdealDriver:
         if target is not None:
             self._pose, self._velocity = target, velocity
         return ArmFeedback(self._pose, self._velocity, ready=True, gripper_closed=self._closed)
+
+
+class FixedDriver(IdealDriver):
+    """Driver of a clamp, which ignores its commands."""
+
+    name = "fixed"
+    moves = False
+
+    def step(
+        self, now: int, target: Pose | None, velocity: Float64[np.ndarray, "2 3"]
+    ) -> ArmFeedback:
+        return super().step(now, None, velocity)

@@ -11,7 +11,9 @@ import logging
 import threading
 import time
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from importlib import import_module
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -55,35 +57,19 @@ TO_ROOT = np.array([-1.0, -1.0, 1.0])
 """Half a turn about z, from the controller's base to the root of UR's URDF (REP 103)."""
 
 
-class Library(Protocol):
-    """Modules of `ur_rtde` as far as they are used."""
+def ur_rtde() -> Any:
+    """Return the modules of the installed `ur_rtde`.
 
-    rtde_control: Any
-    rtde_receive: Any
-    dashboard_client: Any
-    rtde_io: Any
-
-
-class UrLibrary:
-    """The installed `ur_rtde`."""
-
-    def __init__(self) -> None:
-        """Import the library.
-
-        Raises:
-            ConfigurationError: It is not installed.
-        """
-        try:
-            import dashboard_client  # pyright: ignore[reportMissingImports]
-            import rtde_control  # pyright: ignore[reportMissingImports]
-            import rtde_io  # pyright: ignore[reportMissingImports]
-            import rtde_receive  # pyright: ignore[reportMissingImports]
-        except ModuleNotFoundError as error:
-            raise ConfigurationError(
-                "driver = 'ur' needs ur_rtde; run in the clone: pip install -e '.[ur]'"
-            ) from error
-        self.rtde_control, self.rtde_receive = rtde_control, rtde_receive
-        self.dashboard_client, self.rtde_io = dashboard_client, rtde_io
+    Raises:
+        ConfigurationError: It is not installed.
+    """
+    names = ("rtde_control", "rtde_receive", "dashboard_client", "rtde_io")
+    try:
+        return SimpleNamespace(**{name: import_module(name) for name in names})
+    except ModuleNotFoundError as error:
+        raise ConfigurationError(
+            "driver = 'ur' needs ur_rtde; run in the clone: pip install -e '.[ur]'"
+        ) from error
 
 
 @dataclass(frozen=True)
@@ -105,7 +91,7 @@ class UrArm:
 
     facts = ArmFacts(force_sensing=True)
 
-    def __init__(self, setup: ArmSetup, library: Library | None = None) -> None:
+    def __init__(self, setup: ArmSetup, library: Any = None) -> None:
         """Create the arm; its thread begins with the first step.
 
         Args:
@@ -115,7 +101,7 @@ class UrArm:
         Raises:
             ConfigurationError: `ur_rtde` is not installed.
         """
-        self._library = library or UrLibrary()
+        self._library = library or ur_rtde()
         self._host, self._joint_speed = setup.address, setup.joint_speed
         self._lock = threading.Lock()
         self._wish, self._reading = _Wish(), ArmReading(None, connected=False)
@@ -190,7 +176,7 @@ class _Session:
     """One connection to the robot's controller."""
 
     def __init__(
-        self, board: Any, receive: Any, library: Library, host: str, joint_speed: float
+        self, board: Any, receive: Any, library: Any, host: str, joint_speed: float
     ) -> None:
         self._board, self._receive, self._library = board, receive, library
         self._host, self._joint_speed = host, joint_speed

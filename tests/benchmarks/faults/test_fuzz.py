@@ -34,8 +34,7 @@ from lariat.scenario import SIDES, Scenario, find, load
 from lariat.trajectory import SECOND
 from shared import bus as buses
 from shared.bus import BusOptions
-from shared.bus.encoding import PROTOBUF_ENCODING
-from shared.bus.message_check import MessageCheck
+from shared.bus.message_check import PROTOBUF_ENCODING, MessageCheck
 from shared.runtime.service import Mailbox, Received, Service
 from shared.topics import ARM_STATE, HEALTH, STACK_REQUEST, TASK_STATE, TOPICS, Topic
 from stack import services

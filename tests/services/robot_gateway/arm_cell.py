@@ -22,7 +22,7 @@ from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.drivers.cr5.driver import Cr5Driver
-from services.robot_gateway.drivers.fixed import FixedDriver
+from services.robot_gateway.drivers.ideal import FixedDriver
 from services.robot_gateway.status import CellStatus
 from services.robot_gateway.writer_control import WriterChunk
 from stack.simulation.emulated_arms import MemoryLink

@@ -16,8 +16,7 @@ from lariat.safety.motion.validation import ChunkTolerances
 from lariat.scenario.sections import Limits
 from lariat.trajectory import MotionState, SetpointChunk
 from services.robot_gateway.cell import Cell
-from services.robot_gateway.drivers.fixed import FixedDriver
-from services.robot_gateway.drivers.ideal import IdealDriver
+from services.robot_gateway.drivers.ideal import FixedDriver, IdealDriver
 from services.robot_gateway.status import CellStatus
 from services.robot_gateway.writer_control import WriterChunk
 

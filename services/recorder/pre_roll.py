@@ -4,37 +4,19 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from typing import NamedTuple
 
-from shared.topics import Topic
-
-
-class QueuedMessage(NamedTuple):
-    """Message that is not in a file yet."""
-
-    topic: Topic
-    """Topic with a concrete key."""
-    payload: bytes
-    """Serialised message."""
-    publisher: str
-    """Id of the process start that sent it."""
-    sequence: int
-    """Number among the publisher's messages on this topic, from 0."""
-    received: int
-    """Time of receipt [ns]."""
-    published: int = 0
-    """Time at which it was sent, by the publisher's clock [ns]; 0 if unknown."""
+from shared.bus import RawMessage
 
 
 class PreRoll:
     """The newest messages, in order of arrival."""
 
     def __init__(self) -> None:
-        self._messages: deque[QueuedMessage] = deque()
+        self._messages: deque[RawMessage] = deque()
         self.size = 0
         """Size of the payloads [bytes]."""
 
-    def put(self, message: QueuedMessage) -> None:
+    def put(self, message: RawMessage) -> None:
         """Append a message."""
         self._messages.append(message)
         self.size += len(message.payload)
@@ -44,7 +26,7 @@ class PreRoll:
         """Time of the oldest message [ns]; None without messages."""
         return self._messages[0].received if self._messages else None
 
-    def take_older(self, time: int, max_size: int) -> Iterator[QueuedMessage]:
+    def take_older(self, time: int, max_size: int) -> Iterator[RawMessage]:
         """Remove and yield the messages before a time, and the oldest beyond a size.
 
         Args:
@@ -54,7 +36,7 @@ class PreRoll:
         while self._messages and (self._messages[0].received < time or self.size > max_size):
             yield self._take()
 
-    def take_states(self, before: int, max_size: int) -> Iterator[QueuedMessage]:
+    def take_states(self, before: int, max_size: int) -> Iterator[RawMessage]:
         """Remove and yield the oldest messages before a time [ns] that are no images.
 
         It stops once their payloads exceed a size [bytes].
@@ -68,14 +50,14 @@ class PreRoll:
             max_size -= len(message.payload)
             yield message
 
-    def take_oldest(self, max_size: float) -> Iterator[QueuedMessage]:
+    def take_oldest(self, max_size: float) -> Iterator[RawMessage]:
         """Remove and yield the oldest messages, until their payloads exceed a size [bytes]."""
         while self._messages and max_size > 0:
             message = self._take()
             max_size -= len(message.payload)
             yield message
 
-    def _take(self) -> QueuedMessage:
+    def _take(self) -> RawMessage:
         message = self._messages.popleft()
         self.size -= len(message.payload)
         return message

@@ -17,6 +17,7 @@ import shutil
 from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
@@ -24,10 +25,11 @@ from typing import Literal
 from lariat.scenario import Scenario
 from lariat.trajectory import SECOND
 from services.recorder.options import RecorderOptions
-from services.recorder.pre_roll import PreRoll, QueuedMessage
+from services.recorder.pre_roll import PreRoll
 from services.recorder.private_folder import make_folder
 from services.recorder.retention import IDLE_ENDING, Retention
 from services.recorder.thinning import Thinning
+from shared.bus import RawMessage
 from shared.messages import FAILED, IDLE, REACHED, TaskState
 from shared.recording import Writer
 from shared.recording.layout import ORDERED_FROM
@@ -63,7 +65,7 @@ class RunFiles:
         self._settings = scenario.recording
         self._pre_roll = PreRoll()
         self._thinning = Thinning()
-        self._thinned: list[QueuedMessage] = []
+        self._thinned: list[RawMessage] = []
         """Messages that the next step writes to the idle cell's file."""
         keep = options.keep
         self._retention = Retention(options.folder, None if keep is None else 1e9 * keep)
@@ -96,7 +98,7 @@ class RunFiles:
         """Writer of the open file; None if there is none."""
         return self._writer
 
-    def put(self, message: QueuedMessage) -> None:
+    def put(self, message: RawMessage) -> None:
         """Take a message, which is written by a later `tick`.
 
         Images are left out first where too many messages of a run wait.
@@ -107,7 +109,8 @@ class RunFiles:
             return
         # Times of receipt may be slightly out of order; log times must not be.
         self._latest = max(self._latest, message.received)
-        message = message._replace(received=self._latest)
+        if message.received < self._latest:
+            message = replace(message, received=self._latest)
         self._pre_roll.put(message)
         if self._kind == "idle" and self._thinning.keeps(message):
             self._thinned.append(message)
@@ -196,7 +199,7 @@ class RunFiles:
                 self._write(self._without_images(), now)
         self.lost += sum(1 for _ in self._pre_roll.take_older(0, MAX_PRE_ROLL_SIZE))
 
-    def _without_images(self) -> Iterator[QueuedMessage]:
+    def _without_images(self) -> Iterator[RawMessage]:
         """Take what waits; images are lost."""
         for message in self._pre_roll.take_oldest(MAX_PRE_ROLL_SIZE):
             if message.topic.large:
@@ -208,12 +211,19 @@ class RunFiles:
         messages, self._thinned = self._thinned, []
         self._write(messages, now)
 
-    def _write(self, messages: Iterable[QueuedMessage], now: int) -> None:
+    def _write(self, messages: Iterable[RawMessage], now: int) -> None:
         for message in messages:
             if self._writer is None:
                 continue
             try:
-                self._writer.write(*message)
+                self._writer.write(
+                    message.topic,
+                    message.payload,
+                    message.publisher,
+                    message.sequence,
+                    message.received,
+                    message.published,
+                )
             except OSError as error:
                 self._give_up(f"cannot write {self._writer.path}: {error}", now)
 

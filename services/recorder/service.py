@@ -10,7 +10,6 @@ from lariat.scenario import Scenario
 from lariat.trajectory import SECOND
 from services.recorder.goals.goals import Goals
 from services.recorder.options import RecorderOptions
-from services.recorder.pre_roll import QueuedMessage
 from services.recorder.retention import space
 from services.recorder.run_files import RunFiles
 from services.recorder.runs.runs import Runs
@@ -60,7 +59,7 @@ class RecorderService:
         self._goals = Goals(scenario, options.folder, self.door)
         self._view = CellView(scenario)
         self.writes = (*OWN_WRITES, *self._view.writes)
-        self._topics: dict[str, Topic | None] = {}
+        self._known: dict[str, bool] = {}
         self._next_sequence: dict[tuple[str, str], int] = {}
         self._drops = 0
         self._published: tuple[bool, str, str] | None = None
@@ -74,22 +73,12 @@ class RecorderService:
 
     def tap(self, message: RawMessage) -> None:
         """Take a message of the bus."""
-        topic = self._topic(message.key)
-        if topic is None:
+        if not self._is_known(message.key):
             return
         self._count_drops(message)
         with self.door.guard(message.key):
             self._follow(message)
-        self._files.put(
-            QueuedMessage(
-                topic,
-                message.payload,
-                message.publisher,
-                message.sequence,
-                message.received,
-                message.published,
-            )
-        )
+        self._files.put(message)
         with self.door.guard(message.key):
             self._view.take(message.key, message.payload)
 
@@ -157,17 +146,18 @@ class RecorderService:
         self._files.close()
         self._runs.close()
 
-    def _topic(self, key: str) -> Topic | None:
-        if key not in self._topics:
+    def _is_known(self, key: str) -> bool:
+        """Whether a key is that of a topic, not of another program or version of Lariat."""
+        if key not in self._known:
             try:
-                self._topics[key] = topics.find(key)
+                topics.find(key)
+                self._known[key] = True
             except KeyError as error:
-                # Key of another program, or of another version of Lariat.
                 log.warning("not recorded: %s", error)
-                self._topics[key] = None
-            if len(self._topics) > MAX_STREAMS:
-                del self._topics[next(iter(self._topics))]
-        return self._topics.get(key)
+                self._known[key] = False
+            if len(self._known) > MAX_STREAMS:
+                del self._known[next(iter(self._known))]
+        return self._known.get(key, False)
 
 
 def _is_moving(payload: bytes) -> bool:

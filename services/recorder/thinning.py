@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from lariat.trajectory import SECOND
-from services.recorder.pre_roll import QueuedMessage
 from shared import topics
+from shared.bus import RawMessage
 
 IDLE_PERIOD = SECOND
 """Time between two recorded messages of a topic and publisher while the cell is idle [ns]."""
@@ -27,7 +27,7 @@ class Thinning:
     def __init__(self) -> None:
         self._recorded: dict[tuple[str, str], tuple[int, int]] = {}
 
-    def keeps(self, message: QueuedMessage) -> bool:
+    def keeps(self, message: RawMessage) -> bool:
         """Return whether a message is recorded; call it once for each, in order of arrival."""
         topic = message.topic
         # A trace is of no use without the inputs that it names.

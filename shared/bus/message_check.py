@@ -13,7 +13,7 @@ import zenoh
 from shared.door import Door
 from shared.messages import validation
 from shared.messages.checks.values import MAX_INTEGER
-from shared.topics import Topic
+from shared.topics import Topic, find
 from shared.version import MESSAGE_VERSION
 
 MAX_PUBLISHERS = 4096
@@ -44,6 +44,15 @@ class RawMessage:
     """Version of the publisher's message set; 0 if not given."""
     published: int = 0
     """Time at which it was sent, by the publisher's clock [ns]; 0 if not given."""
+
+    @property
+    def topic(self) -> Topic:
+        """Topic of the message.
+
+        Raises:
+            KeyError: This version of Lariat has no such topic.
+        """
+        return find(self.key)
 
     @property
     def source(self) -> str:

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 from lariat.configuration import ConfigurationError
 from lariat.scenario import Scenario
 from shared import topics
+from shared.bus import RawMessage
 from shared.messages import ArmStates, grip_pose
 from shared.recording import Entry, Recording
 from shared.runtime.service import Inbox, Publication, Service
@@ -118,7 +119,17 @@ class RecorderSubject:
             if own or entry.log_time > step.trace.now or position >= step.position:
                 self.waiting.append(following)
                 return
-            self.service.tap(_Heard(entry))
+            self.service.tap(
+                RawMessage(
+                    entry.key,
+                    entry.schema,
+                    entry.payload,
+                    entry.publisher,
+                    entry.sequence,
+                    entry.log_time,
+                    published=entry.publish_time,
+                )
+            )
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Step the recorder; its file is named in the folder of the recorded one.
@@ -131,15 +142,6 @@ class RecorderSubject:
             if not topic.recorded:
                 continue
             yield Publication(topic, message)
-
-
-class _Heard:
-    """A recorded message as a recorder's tap takes it."""
-
-    def __init__(self, entry: Entry) -> None:
-        self.key, self.payload = entry.key, entry.payload
-        self.publisher, self.sequence = entry.publisher, entry.sequence
-        self.received, self.published = entry.log_time, entry.publish_time
 
 
 @contextmanager

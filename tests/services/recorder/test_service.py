@@ -7,7 +7,7 @@ import os
 import random
 import shutil
 import threading
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -21,6 +21,7 @@ from services.recorder.options import RecorderOptions
 from services.recorder.runs.run_folder import RunFolder
 from services.recorder.service import RecorderService, build
 from shared import topics
+from shared.bus import RawMessage
 from shared.messages import (
     FAILED,
     IDLE,
@@ -57,14 +58,8 @@ height = 0.1
 NOW = 1_780_000_000 * SECOND
 
 
-@dataclass(frozen=True)
-class Heard:
-    key: str
-    payload: bytes
-    publisher: str
-    sequence: int
-    received: int
-    published: int = 0
+def heard(key: str, payload: bytes, publisher: str, sequence: int, received: int) -> RawMessage:
+    return RawMessage(key, "", payload, publisher, sequence, received)
 
 
 def runs_of(folder: Path) -> list[Path]:
@@ -94,7 +89,7 @@ class Cell:
     def hear(self, topic, message, skip: int = 0) -> None:
         sequence = self.sequences.get(topic.key, 0) + skip
         self.sequences[topic.key] = sequence + 1
-        self.recorder.tap(Heard(topic.key, message.SerializeToString(), "p-0", sequence, self.now))
+        self.recorder.tap(heard(topic.key, message.SerializeToString(), "p-0", sequence, self.now))
 
     def live(self, seconds: float, state: int = IDLE, run: str = "") -> None:
         for _ in range(round(30 * seconds)):
@@ -559,8 +554,8 @@ def test_made_up_publishers_and_numbers_are_recorded(tmp_path: Path):
     cell = Cell(tmp_path, start_up=30.0)
     for k in range(5000):
         task = TaskState(state=IDLE).SerializeToString()
-        heard = Heard("task/state", task, f"p-{k}", 10**17 + k, cell.now)
-        cell.recorder.tap(heard)
+        message = heard("task/state", task, f"p-{k}", 10**17 + k, cell.now)
+        cell.recorder.tap(message)
     cell.live(0.5)
     cell.recorder.close()
     (file,) = runs_of(tmp_path)
@@ -637,7 +632,7 @@ def test_message_that_cannot_be_drawn_is_recorded_and_refused(
     monkeypatch.setattr(recorder._view, "take", fail)
     monkeypatch.setattr(recorder._view, "draw", fail)
     payload = TaskState(state=RUNNING, run="1").SerializeToString()
-    recorder.tap(Heard(topics.TASK_STATE.key, payload, "controller-0", 0, NOW))
+    recorder.tap(heard(topics.TASK_STATE.key, payload, "controller-0", 0, NOW))
     list(recorder.step(Inbox({}, {}), NOW))
     recorder.close()
     assert recorder.door.refused == 2

@@ -16,7 +16,6 @@ import cv2
 import numpy as np
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
-from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from foxglove_schemas_protobuf.Log_pb2 import Log
@@ -59,8 +58,6 @@ FLOAT32, UINT32 = 7, 6
 """Data types of sensor_msgs/PointField."""
 XYZW = [1, 2, 3, 0]
 """Order of a quaternion wxyz in ROS 2."""
-Fields = tuple[tuple[str, int, int], ...]
-"""Name, offset [bytes] and data type of each field of a cloud."""
 COLORED_POINT = np.dtype([("position", "<f4", 3), ("color", "u1", 4)])
 """Point of a drawn cloud, with red, green, blue, alpha."""
 
@@ -100,9 +97,9 @@ def outputs() -> tuple[Output, ...]:
     t = topics
     return (
         Output(t.VIEW_TRANSFORMS, "/tf", "tf2_msgs/msg/TFMessage",
-               "frames of links and grips", _moving_frames, Qos(depth=100)),
+               "frames of links and grips", partial(_frames, False), Qos(depth=100)),
         Output(t.VIEW_TRANSFORMS, "/tf_static", "tf2_msgs/msg/TFMessage",
-               "frames of cameras and bases", _fixed_frames, LATCHED),
+               "frames of cameras and bases", partial(_frames, True), LATCHED),
         Output(t.VIEW_JOINTS, "/joint_states", "sensor_msgs/msg/JointState",
                "joint angles [rad]", _joint_state),
         Output(t.ROPE_NODES, "rope/points", "sensor_msgs/msg/PointCloud2",
@@ -147,20 +144,8 @@ def outputs() -> tuple[Output, ...]:
     )  # fmt: skip
 
 
-def _moving_frames(message: FrameTransforms) -> Any | None:
-    return _frames([t for t in message.transforms if not _is_fixed(t)])
-
-
-def _fixed_frames(message: FrameTransforms) -> Any | None:
-    return _frames([t for t in message.transforms if _is_fixed(t)])
-
-
-def _is_fixed(t: FrameTransform) -> bool:
-    return t.parent_frame_id == WORLD_FRAME and not t.child_frame_id.endswith(f"/{GRIP}")
-
-
-def _frames(found: list[FrameTransform]) -> Any | None:
-    # Its translation and rotation have the fields of ROS 2's.
+def _frames(fixed: bool, message: FrameTransforms) -> Any | None:
+    # A frame's translation and rotation have the fields of ROS 2's.
     transforms = [
         ros(
             "geometry_msgs/msg/TransformStamped",
@@ -168,7 +153,8 @@ def _frames(found: list[FrameTransform]) -> Any | None:
             child_frame_id=t.child_frame_id,
             transform=t,
         )
-        for t in found
+        for t in message.transforms
+        if fixed is (t.parent_frame_id == WORLD_FRAME and not t.child_frame_id.endswith(f"/{GRIP}"))
     ]
     return ros("tf2_msgs/msg/TFMessage", transforms=transforms) if transforms else None
 
@@ -202,9 +188,8 @@ def _other_ropes(message: OtherRopes) -> Any:
 
 def _cloud(stamp: int, columns: Float64[np.ndarray, "n k"], names: tuple[str, ...]) -> Any:
     """Cloud of points in the world with 32-bit numbers, a column for each name."""
-    fields = tuple((name, 4 * k, FLOAT32) for k, name in enumerate(names))
-    data = np.ascontiguousarray(columns, "<f4")
-    return _point_cloud(header(stamp, WORLD_FRAME), fields, len(data), data.view(np.uint8).ravel())
+    points = np.ascontiguousarray(columns, "<f4")
+    return _point_cloud(header(stamp, WORLD_FRAME), points, tuple((n, FLOAT32) for n in names))
 
 
 def _rope_poses(message: NodeChain) -> Any | None:
@@ -235,41 +220,37 @@ def _colored_points(message: PointCloud) -> Any:
     points = np.frombuffer(message.data, COLORED_POINT).copy()
     # RViz takes the colour as one number, blue in its lowest byte.
     points["color"] = points["color"][:, [2, 1, 0, 3]]
-    fields = ("x", 0, FLOAT32), ("y", 4, FLOAT32), ("z", 8, FLOAT32), ("rgba", 12, UINT32)
-    heading = header(from_timestamp(message.timestamp), message.frame_id)
-    return _point_cloud(heading, fields, len(points), points.view(np.uint8))
+    fields = ("x", FLOAT32), ("y", FLOAT32), ("z", FLOAT32), ("rgba", UINT32)
+    return _point_cloud(header(from_timestamp(message.timestamp), message.frame_id), points, fields)
 
 
-def _point_cloud(heading: Any, fields: Fields, count: int, data: Any) -> Any:
+def _point_cloud(heading: Any, points: np.ndarray, fields: tuple[tuple[str, int], ...]) -> Any:
+    """Cloud of rows of 4 bytes for each field, of which name and data type are given."""
     step = 4 * len(fields)
     return ros(
         "sensor_msgs/msg/PointCloud2",
         header=heading,
         height=1,
-        width=count,
+        width=len(points),
         fields=_point_fields(fields),
         point_step=step,
-        row_step=count * step,
-        data=data,
+        row_step=len(points) * step,
+        data=points.view(np.uint8).ravel(),
         is_dense=True,
     )
 
 
 @cache
-def _point_fields(fields: Fields) -> list[Any]:
+def _point_fields(fields: tuple[tuple[str, int], ...]) -> list[Any]:
+    kind = "sensor_msgs/msg/PointField"
     return [
-        ros("sensor_msgs/msg/PointField", name=name, offset=offset, datatype=kind, count=1)
-        for name, offset, kind in fields
+        ros(kind, name=name, offset=4 * k, datatype=datatype, count=1)
+        for k, (name, datatype) in enumerate(fields)
     ]
 
 
 def _compressed_image(message: CompressedImage) -> Any:
-    return ros(
-        "sensor_msgs/msg/CompressedImage",
-        header=header(from_timestamp(message.timestamp), message.frame_id),
-        format=message.format,
-        data=_bytes(message.data),
-    )
+    return _picture("CompressedImage", message, message.data, format=message.format)
 
 
 def _decoded_image(message: CompressedImage) -> Any | None:
@@ -277,29 +258,22 @@ def _decoded_image(message: CompressedImage) -> Any | None:
     if image is None:
         return None
     height, width = image.shape[:2]
-    return _raw_image(message, height, width, "bgr8", 3 * width, image)
+    size = {"height": height, "width": width, "step": 3 * width}
+    return _picture("Image", message, image, encoding="bgr8", **size)
 
 
 def _image(message: RawImage) -> Any:
-    size = message.height, message.width
-    return _raw_image(message, *size, message.encoding, message.step, message.data)
+    size = {"height": message.height, "width": message.width, "step": message.step}
+    return _picture("Image", message, message.data, encoding=message.encoding, **size)
 
 
-def _raw_image(source: Any, height: int, width: int, encoding: str, step: int, data: Any) -> Any:
-    return ros(
-        "sensor_msgs/msg/Image",
-        header=header(from_timestamp(source.timestamp), source.frame_id),
-        height=height,
-        width=width,
-        encoding=encoding,
-        step=step,
-        data=_bytes(data),
+def _picture(kind: str, source: Any, data: Any, **fields: Any) -> Any:
+    heading, content = (
+        header(from_timestamp(source.timestamp), source.frame_id),
+        np.frombuffer(data, np.uint8),
     )
-
-
-def _bytes(data: Any) -> Rows:
-    content = np.frombuffer(data, np.uint8)
-    return Rows((content.size,), content, 1)
+    rows = Rows((content.size,), content, 1)
+    return ros(f"sensor_msgs/msg/{kind}", header=heading, data=rows, **fields)
 
 
 def _camera_info(message: CameraCalibration) -> Any:

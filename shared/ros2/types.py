@@ -151,17 +151,10 @@ def header(stamp: int, frame: str) -> Any:
     return ros("std_msgs/msg/Header", stamp=time(stamp), frame_id=frame)
 
 
-def vector(xyz: Any, kind: str = "Vector3") -> Any:
-    """Return three numbers as a Vector3 or Point of geometry_msgs."""
+def vector(xyz: Any) -> Any:
+    """Return three numbers as geometry_msgs/Vector3."""
     x, y, z = map(float, xyz)
-    return ros(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
-
-
-def pose(position: Any, orientation: Any) -> Any:
-    """Return a position [m] and a quaternion wxyz as geometry_msgs/Pose."""
-    w, x, y, z = map(float, orientation)
-    turn = ros("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
-    return ros("geometry_msgs/msg/Pose", position=vector(position, "Point"), orientation=turn)
+    return ros("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
 
 
 def xyz(message: Any) -> tuple[float, float, float]:

@@ -36,7 +36,7 @@ from shared.messages import (
 from shared.ros2.actions import ActionClient, Status
 from shared.ros2.node import Node
 from shared.ros2.outputs import outputs
-from shared.ros2.types import SHAPE_ROPE, header, pose, ros
+from shared.ros2.types import SHAPE_ROPE, header, ros, vector
 from shared.ros2.wire import LATCHED, Qos
 from shared.runtime.service import Mailbox, Publication, Received
 from shared.topics import Topic
@@ -92,8 +92,13 @@ def bench() -> Iterator[Bench]:
         yield made
 
 
+def pose(place: tuple[float, float, float]) -> Any:
+    turn = ros("geometry_msgs/msg/Quaternion", w=1.0)
+    return ros("geometry_msgs/msg/Pose", position=vector(place), orientation=turn)
+
+
 def goal(*places: tuple[float, float, float], frame: str = "world") -> Any:
-    poses = [pose(place, (1.0, 0.0, 0.0, 0.0)) for place in places]
+    poses = [pose(place) for place in places]
     return ros("geometry_msgs/msg/PoseArray", header=header(0, frame), poses=poses)
 
 
@@ -323,7 +328,7 @@ def solid(kind: int, *sizes: float) -> Any:
 
 
 def collision_object(name: str, operation: int, *solids: Any) -> Any:
-    origin = pose((0.1, 0.2, 0.3), (1.0, 0.0, 0.0, 0.0))
+    origin = pose((0.1, 0.2, 0.3))
     return ros(
         "moveit_msgs/msg/CollisionObject",
         header=header(0, "world"),
@@ -331,7 +336,7 @@ def collision_object(name: str, operation: int, *solids: Any) -> Any:
         id=name,
         type=ros("object_recognition_msgs/msg/ObjectType", key="", db=""),
         primitives=list(solids),
-        primitive_poses=[pose((0.0, 0.0, 0.1), (1.0, 0.0, 0.0, 0.0)) for _ in solids],
+        primitive_poses=[pose((0.0, 0.0, 0.1)) for _ in solids],
         operation=operation,
     )
 

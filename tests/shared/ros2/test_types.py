@@ -18,9 +18,9 @@ from shared.ros2.types import (
     define_action,
     encoded,
     header,
-    pose,
     ros,
     type_hash,
+    vector,
 )
 
 FIBONACCI = "test_msgs/action/Fibonacci"
@@ -60,7 +60,7 @@ def test_a_message_returns_from_its_bytes():
             stamp=ros("builtin_interfaces/msg/Time", sec=1, nanosec=2),
             frame_id="world",
         ),
-        poses=[pose((0.1, 0.2, 0.3), (1.0, 0.0, 0.0, 0.0))],
+        poses=[ros("geometry_msgs/msg/Pose", position=vector((0.1, 0.2, 0.3)))],
     )
     payload = encoded(sent)
     assert payload[:4] == b"\x00\x01\x00\x00"

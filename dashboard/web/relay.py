@@ -45,16 +45,21 @@ class Relay:
         self.viser_socket: Path | None = None
         """Unix socket of the server; None before it listens."""
         self._controls = controls
-        self._count = 0
+        self._open: list[str] = []
+        """Pages that are connected."""
+
+    def has_room(self, page: str) -> bool:
+        """Whether a page, new or loaded again, will be served."""
+        return page in self._open or len(self._open) < MAX_PAGES
 
     async def serve(self, request: web.Request) -> web.StreamResponse:
         """Relay messages until one side closes the connection."""
-        if self._count >= MAX_PAGES:
+        if len(self._open) >= MAX_PAGES:
             raise web.HTTPServiceUnavailable(text=f"{MAX_PAGES} pages are open, no more can be")
         if self.viser_socket is None:
             raise web.HTTPServiceUnavailable(text="the page is being built; try again")
-        self._count += 1
         page = request.match_info["page"]
+        self._open.append(page)
         if self._controls:
             self._controls.enter(page, time.monotonic())
         try:
@@ -62,7 +67,7 @@ class Relay:
             async with aiohttp.ClientSession(connector=connector) as session:
                 return await self._relay(request, session, page)
         finally:
-            self._count -= 1
+            self._open.remove(page)
             if self._controls:
                 self._controls.leave(page, time.monotonic())
 

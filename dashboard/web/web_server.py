@@ -19,7 +19,7 @@ from dashboard.web.access import COOKIE, Access, Address, parse_address
 from dashboard.web.cell_socket import Cell, CellSocket
 from dashboard.web.connections import Connection, Strangers, allow_many_descriptors
 from dashboard.web.controls import Controls
-from dashboard.web.relay import Relay
+from dashboard.web.relay import MAX_PAGES, Relay
 from dashboard.web.secret_files import load_password, load_token
 from lariat.configuration import ConfigurationError
 from shared.door import Door
@@ -290,6 +290,11 @@ class WebServer:
     async def _show_page(self, request: web.Request) -> web.StreamResponse:
         if self._relay.viser_socket is None:
             raise _refusal(web.HTTPServiceUnavailable, "The page is being built", "Try again.")
+        if not self._relay.has_room(request.match_info["page"]):
+            words = (
+                f"{MAX_PAGES} pages are open, no more can be. Close one, then load this one again."
+            )
+            raise _refusal(web.HTTPServiceUnavailable, "Too many pages", words)
         text = html.page(self._title, self._cell_socket is not None, self._nonce)
         return web.Response(text=text, content_type="text/html")
 

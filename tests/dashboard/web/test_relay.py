@@ -150,3 +150,7 @@ def test_pages_are_counted_and_bounded(person: Visitor, monkeypatch: pytest.Monk
     path, origin = person.page.rstrip("/"), f"http://{person.netloc}"
     with person.open_socket(), person.open_socket():
         assert person.ask("GET", path, Origin=origin, **upgrade).status == 503
+        assert person.ask("GET", person.page).status == 200
+        other = person.ask("GET", f"{path}x/")
+        assert other.status == 503
+        assert "Close one" in other.text

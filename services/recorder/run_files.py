@@ -263,7 +263,8 @@ class RunFiles:
         free = shutil.disk_usage(self._options.folder).free / 1e9
         if free < self._options.least_free:
             raise OSError(
-                f"only {free:.2f} GB are left on its disk; make room, or lower --least-free"
+                f"less than {self._options.least_free:g} GB are left on its disk; make room, or "
+                "have the oldest recordings deleted: lariat up --keep GB"
             )
 
     def _open(self, now: int) -> None:
@@ -286,7 +287,8 @@ class RunFiles:
                 sync_period=SYNC_PERIOD[self._kind],
             )
         except OSError as error:
-            self._give_up(f"cannot record to {path.parent}: {error}", now)
+            # Every attempt has a file of its own, and the log needs the reason once.
+            self._give_up(f"cannot record to {path.parent}: {error.strerror or error}", now)
             return
         self._open_time, self.failure = now, ""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import os
 import random
@@ -17,6 +18,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from lariat.configuration import ConfigurationError
 from lariat.scenario import parse
 from lariat.trajectory import SECOND
+from services.recorder import run_files
 from services.recorder.options import RecorderOptions
 from services.recorder.runs.run_folder import RunFolder
 from services.recorder.service import RecorderService, build
@@ -619,6 +621,22 @@ def test_recording_stops_before_the_disk_is_full(tmp_path: Path, monkeypatch):
     # No attempt leaves another one behind.
     (file,) = tmp_path.glob("*.mcap")
     list(Recording(file).messages())
+
+
+def test_a_folder_that_cannot_be_written_is_told_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    cell = Cell(tmp_path)
+
+    def refuse(path: Path, *_: object, **__: object) -> None:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
+
+    monkeypatch.setattr(run_files, "Writer", refuse)
+    cell.live(25.0)
+    assert not cell.states()[-1].recording
+    reason = f"cannot record to {tmp_path}: Read-only file system"
+    assert cell.recorder.note == reason
+    assert [r.getMessage() for r in caplog.records].count(f"not recording: {reason}") == 1
 
 
 def test_message_that_cannot_be_drawn_is_recorded_and_refused(

@@ -26,7 +26,7 @@ BENCHES: dict[str, Bench] = {
         "benchmarks.narrow.ablation", "plans without each part of the planner in turn"
     ),
     "paper": Bench("benchmarks.paper.bench", "the paper's simulations, its methods and ours"),
-    "paper horizon": Bench("benchmarks.paper.horizon", "one horizon: its time and its error"),
+    "paper horizon": Bench("benchmarks.paper.horizon", "the time to plan one horizon"),
     "paper real": Bench("benchmarks.paper.real", "its real experiments, MuJoCo as the lab"),
     "physics": Bench("benchmarks.physics.bench", "the rod against the continuum and closed forms"),
     "physics cables": Bench("benchmarks.physics.cables", "stiffness of real cables"),
@@ -56,7 +56,9 @@ BENCHES: dict[str, Bench] = {
     "speed live": Bench("benchmarks.speed.live", "steps of the live stack, from a recording"),
     "speed start": Bench("benchmarks.speed.start", "each process until the stack is ready"),
     "speed page": Bench("benchmarks.speed.page", "the load of the dashboard's process"),
-    "speed endurance": Bench("benchmarks.speed.endurance", "hours: memory, files, steps"),
+    "speed endurance": Bench(
+        "benchmarks.speed.endurance", "a live stack for hours: memory, files, steps"
+    ),
 }
 """Benches by name, and their parts by name and part."""
 

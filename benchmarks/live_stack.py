@@ -34,13 +34,7 @@ class LiveStack:
     def __init__(
         self, scenario: Path, environment: Mapping[str, str] = {}, ros2: bool = False
     ) -> None:
-        """Choose the ports of a stack.
-
-        Args:
-            scenario: The scenario.
-            environment: Further variables of the environment of its processes.
-            ros2: Whether it joins ROS 2's graph and takes commands from there.
-        """
+        """Choose the ports of a stack, which may join ROS 2's graph and take commands there."""
         self._scenario, self._environment = scenario, environment
         self.ros2_router = f"tcp/127.0.0.1:{free_port()}" if ros2 else ""
         """Endpoint of ROS 2's router; empty without ROS 2."""

@@ -9,14 +9,7 @@ from lariat.configuration import ConfigurationError
 
 
 def figure_of(rows: int, columns: int, size: tuple[float, float], **options: Any) -> Any:
-    """Return a figure and its axes.
-
-    Args:
-        rows: Number of rows of axes.
-        columns: Number of columns.
-        size: Width and height [inch].
-        options: Those of `matplotlib.figure.Figure.subplots`.
-    """
+    """Return a figure of a width and height [inch], and its axes, by the options of `subplots`."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, layout="constrained")

@@ -78,14 +78,7 @@ class _Grips(elastica.ConstraintBase):
     """Constraint of the elements in both grips, precomputed for the whole run."""
 
     def __init__(self, moves: Moves, half: float, length: float, **given: object) -> None:
-        """Precompute the motion of the elements in the grips.
-
-        Args:
-            moves: Velocities of the grips.
-            half: Half a step of the solver [s].
-            length: Length of the element in a grip [m].
-            given: Arguments of the base class.
-        """
+        """Precompute the motion of elements of a length [m] in the grips, by half steps [s]."""
         super().__init__(**given)
         self._half = half
         positions, turns = grip_path(moves, half)

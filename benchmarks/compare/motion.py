@@ -63,12 +63,7 @@ class DampedSimulation(ABC):
 
     @abstractmethod
     def _advance(self, count: int, damping: float) -> NodePath:
-        """Return the positions after each of the next actions of `then_still`.
-
-        Args:
-            count: Number of actions.
-            damping: Damping force per velocity and mass [1/s].
-        """
+        """Return the positions after each of the next actions of `then_still`, damped [1/s]."""
 
 
 @dataclass(frozen=True)
@@ -108,12 +103,7 @@ def rest_state(node_count: int) -> RodState:
 def grip_path(
     moves: Moves, step: float
 ) -> tuple[Float64[np.ndarray, "K 2 3"], Float64[np.ndarray, "K 2 4"]]:
-    """Return positions [m] and orientations (wxyz) of both grips after every step.
-
-    Args:
-        moves: Velocities of the grips.
-        step: Time step, of which an action is a multiple [s].
-    """
+    """Return positions [m] and orientations (wxyz) of both grips after every step [s]."""
     count = round(ACTION_DURATION / step)
     times = step * np.arange(1, count + 1)[:, None, None]
     positions = np.array([grip.position for grip in (LEFT_GRIP, RIGHT_GRIP)])

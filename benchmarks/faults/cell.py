@@ -71,10 +71,8 @@ class FaultCell(Operator):
     def send_signal(self, name: str, number: signal.Signals) -> None:
         """Send a signal to a process.
 
-        Args:
-            name: A service, `lariat` (the launcher), `emulator`, or `guard`: the gateway's guard of
-                its last arm.
-            number: The signal.
+        It is a service, `lariat` (the launcher), `emulator`, or `guard`: the gateway's guard of its
+        last arm.
         """
         self.update()
         if name == "guard":

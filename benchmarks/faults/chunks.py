@@ -101,12 +101,9 @@ class GatewayCell:
         return state, spent - (sum(link.seconds for link in self.links.values()) - arms)
 
     def chunk(self, count: int, dt: int, refused: bool = False) -> Setpoints:
-        """Return a chunk that lifts or lowers the driven grips from where their command is.
+        """Return a chunk of poses, `dt` ns apart, that lifts or lowers the driven grips.
 
-        Args:
-            count: Number of poses.
-            dt: Time between two poses [ns].
-            refused: Whether its end lies outside of the workspace.
+        It begins where their command is; the end of a refused one lies outside of the workspace.
         """
         self._sequence += 1
         follower = self.gateway.cell.follower

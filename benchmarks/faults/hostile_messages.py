@@ -91,9 +91,7 @@ def _edited(valid: bytes, edits: Sequence[tuple[int, int, bytes, bool]]) -> byte
 def messages(kind: type[Message], fields: int | None = None) -> st.SearchStrategy[Message]:
     """Messages with values that are extreme, no numbers, or of a wrong length.
 
-    Args:
-        kind: Class of the messages.
-        fields: Number of fields that are set; None: any number.
+    `fields` is the number of fields that are set; None: any number.
     """
     values = {f.name: _values(f) for f in kind.DESCRIPTOR.fields if not _is_map(f)}
     if fields is None or fields >= len(values):

@@ -32,9 +32,8 @@ BURST_PERIOD = 0.01
 def drawn(valid: bool) -> list[tuple[RawMessage, bool]]:
     """Return messages over all topics, and whether each may be changed further.
 
-    Args:
-        valid: Whether some are valid, but no request for a run or another scenario: those are a
-            person's. Otherwise the check of the bus refuses all: a lawful run goes on beside them.
+    Some are `valid`, but no request for a run or another scenario: those are a person's. Otherwise
+    the check of the bus refuses all: a lawful run goes on beside them.
     """
     pool: list[tuple[RawMessage, bool]] = []
     check = MessageCheck()
@@ -60,14 +59,9 @@ def publishing(
     rate: float,
     count: float = float("inf"),
 ) -> Iterator[BaseProcess]:
-    """Publish messages of a pool in a process of its own.
+    """Publish messages, as `drawn` returns them, in a process of its own at a rate [Hz].
 
-    Args:
-        pool: Messages, as `drawn` returns them; half of those that may be changed are.
-        hub: Endpoint of the bus.
-        namespace: Name of the cell.
-        rate: Messages in a second, at most [Hz].
-        count: Number of messages after which the process ends.
+    Half of those that may be changed are; the process ends after `count` messages.
     """
     context = multiprocessing.get_context("spawn")
     process = context.Process(target=_publish, args=(pool, hub, namespace, rate, count))

@@ -100,15 +100,9 @@ def sample_scene(
     stiffness_error: float = 1.0,
     plant: PlantModel = "rod",
 ) -> WayScene:
-    """Return a scene, always the same for the same arguments.
+    """Return a scene, always the same for the same arguments; its gap is in rope diameters.
 
-    Args:
-        family: Family of the scene.
-        number: Number of the scene.
-        seed: Seed of the scenes.
-        gap: Width of its opening in rope diameters [-].
-        stiffness_error: True stiffness relative to the belief [-].
-        plant: Simulator of the true rope in the run; Lariat's rod verifies the hidden way.
+    Lariat's rod verifies the hidden way, whatever the plant of the run.
 
     Raises:
         ValueError: The plant could not verify a hidden way.
@@ -186,16 +180,8 @@ def drive(
 ) -> tuple[float, Float64[np.ndarray, "n 3"]]:
     """Return the clearance of the plant along a path [m], and its nodes at rest after it [m].
 
-    Obstacles are measured, not felt.
-
-    Args:
-        rod: The plant.
-        obstacles: Obstacles.
-        positions: Positions of the grips [m].
-        orientations: Orientations of the grips, wxyz.
-        dt: Time between points [s].
-        least: Clearance below which the motion ends [m].
-        start: Nodes near which the rope rests at the beginning [m].
+    Obstacles are measured, not felt. Positions [m] and orientations of the grips are `dt` seconds
+    apart. The motion ends below the `least` clearance; the rope begins at rest near `start`.
     """
     left, right = (Pose(p, q) for p, q in zip(positions[0], orientations[0], strict=True))
     guess = None

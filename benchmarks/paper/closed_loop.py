@@ -135,10 +135,7 @@ def _executed_actions(
 ) -> tuple[Float64[np.ndarray, "k 2 6"], Float64[np.ndarray, "2 2 3"]]:
     """Mean velocities of the ends in the steps of 10 ms until the next plan, and those at its time.
 
-    Args:
-        method: Planner, which states how many of its steps are executed and their interpolation.
-        planned: Planned velocities at the ends of the planner's steps [m/s, rad/s].
-        previous: Velocities at the start [m/s, rad/s].
+    The planned ones are those at the ends of the planner's steps [m/s, rad/s].
     """
     executed = planned[: method.executed_step_count]
     count = round(method.time_step / PAPER_TIME_STEP)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from benchmarks.campaign import CAMPAIGN_DEFAULTS, CampaignOptions, Trial, groups
-from benchmarks.physics import balances, buckling, closed_forms, frequencies, friction, hanging, set
+from benchmarks.physics import buckling, closed_forms, frequencies, friction, hanging, set, writhing
 from benchmarks.physics.cases import Case
 from benchmarks.tables import Flat, Result
 
@@ -19,7 +19,6 @@ Part = Literal[
     "buckling",
     "stiffness",
     "writhing",
-    "whip",
     "plants",
     "friction",
     "set",
@@ -37,12 +36,8 @@ PARTS: dict[Part, tuple[tuple[Case, ...], str]] = {
     "buckling": (buckling.CASES, "critical loads of straight rods and a ring"),
     "stiffness": (hanging.STIFFNESS_CASES, "Young's modulus fitted to shapes of the continuum"),
     "writhing": (
-        balances.WRITHING_CASES,
+        writhing.CASES,
         "twisted rods that buckle, and a loop that twists round itself",
-    ),
-    "whip": (
-        balances.WHIP_CASES,
-        "change of energy of a flicked whip, relative to its kinetic energy",
     ),
     "plants": (
         hanging.PLANT_CASES,
@@ -80,7 +75,7 @@ def run(
     There is no camera or adaptation: each error is that of a rod itself with n nodes. The parts
     are: `elasticae` (hanging ropes, against boundary value solutions of the continuum),
     `closed-forms`, `frequencies`, `buckling`, `stiffness` (Young's modulus identified from exact
-    shapes), `writhing`, `whip`, `plants` (hanging ropes of the simulated lab, and their cost),
+    shapes), `writhing`, `plants` (hanging ropes of the simulated lab, and their cost),
     `friction` (a slope, a post, a bar and the edge of a table) and `set` (bent wires).
     The order is that of the error in the length of an edge, between the smallest and the largest
     number of nodes.

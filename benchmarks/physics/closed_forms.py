@@ -30,13 +30,7 @@ NATURAL_CURVATURE = (3.0, 0.0, 4.0)
 
 
 def catenary_error(bending: float, clamped: bool, node_count: int) -> float:
-    """Return the mean distance of the nodes of a hanging rod from the catenary [L].
-
-    Args:
-        bending: Bending stiffness EI in units of weight per length times length^3 [-].
-        clamped: Whether the ends are clamped level instead of pinned.
-        node_count: Number of nodes.
-    """
+    """Return the mean distance of a hanging rod from the catenary [L], by its EI in w L^3 [-]."""
     properties = RodProperties(HANGING_LENGTH, 0.004, 0.05, 1e6, stretch_stiffness=1e6)
     weight = properties.linear_density * 9.81
     properties = properties.with_stiffness(bending * weight * HANGING_LENGTH**3)

@@ -39,15 +39,9 @@ def slope_motion(
     damping: float = 1.0,
     across: bool = False,
 ) -> float:
-    """Return how far a free rope on a slope has moved [m].
+    """Return how far a free rope on a slope has moved after some seconds [m].
 
-    Args:
-        share: Tangent of the slope over the coefficient of friction [-].
-        node_count: Number of nodes.
-        dt: Time step [s].
-        seconds: Duration [s].
-        damping: Damping of the rope [1/s].
-        across: Whether the rope lies across the slope, where it rolls.
+    `share` is the tangent of the slope over the coefficient; a rope that lies across it rolls.
     """
     angle = math.atan(share * COEFFICIENT)
     gravity = (GRAVITY * math.sin(angle), 0.0, -GRAVITY * math.cos(angle))
@@ -67,14 +61,7 @@ def slope_motion(
 def post_exponent(
     radius: float, node_count: int = 80, dt: float = 0.01, coefficient: float = COEFFICIENT
 ) -> float:
-    """Return the growth of tension per radian of a rope that is drawn half way round a post [-].
-
-    Args:
-        radius: Radius of the rope [m].
-        node_count: Number of nodes.
-        dt: Time step [s].
-        coefficient: Coefficient of friction [-].
-    """
+    """Return the growth of tension per radian [-] of a rope that is drawn half way round a post."""
     lead, centre = 0.05, POST + radius
     length = math.pi * centre + 2.0 * lead
     rope = RodProperties(length, 2.0 * radius, 0.02, 2e4, damping=20.0, contact_margin=1e-4)
@@ -102,10 +89,7 @@ def post_truth(radius: float, coefficient: float = COEFFICIENT, post: float = PO
 def bar_motion(share: float, node_count: int = 80, short: float = 0.05) -> float:
     """Return how far a rope moves that hangs over a bar [m].
 
-    Args:
-        share: Length of the long end over that at which it begins to slide [-].
-        node_count: Number of nodes.
-        short: Length of the short end [m].
+    `share` is the length of its long end over that at which it begins to slide.
     """
     radius = THIN.diameter / 2.0
     # The coefficient that a thin rope would need in place of this one.
@@ -119,12 +103,9 @@ def bar_motion(share: float, node_count: int = 80, short: float = 0.05) -> float
 
 
 def edge_motion(share: float, node_count: int = 80, rough: bool = True) -> float:
-    """Return how far a rope moves that hangs over the round edge of a table [m].
+    """Return how far a rope moves that hangs over the round edge of a table, rough or not [m].
 
-    Args:
-        share: Length of the hanging end over that at which it begins to slide [-].
-        node_count: Number of nodes.
-        rough: Whether the edge has the friction of the table, or none.
+    `share` is the length of its hanging end over that at which it begins to slide.
     """
     lying, radius = 0.4, THIN.diameter / 2.0
     centre, edge = BAR + radius, COEFFICIENT if rough else 0.0
@@ -139,13 +120,9 @@ def edge_motion(share: float, node_count: int = 80, rough: bool = True) -> float
 
 
 def _over(rod: Rod, lead: float, centre: float, lies: bool = False) -> RodState:
-    """Return a rope that hangs, or lies on a table, until its arc at a distance, and then hangs.
+    """Return a rope that hangs, or lies on a table, for a length `lead` before its arc, then hangs.
 
-    Args:
-        rod: Rope.
-        lead: Length before the arc [m].
-        centre: Radius of the arc of the centre line, about the y axis [m].
-        lies: Whether the arc begins at its top, which then is at z = rope's radius.
+    The arc of the centre line is about the y axis; where the rope lies, it begins at its top.
     """
     s = np.linspace(0.0, rod.properties.length, rod.node_count) - lead
     arc = 0.5 * math.pi if lies else math.pi

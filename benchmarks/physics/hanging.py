@@ -44,14 +44,7 @@ ALONG_X = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 
 
 
 def level_grip(x: float, z: float = 0.0, *, yaw: float = 0.0, pitch: float = 0.0) -> Pose:
-    """Return a grip along x that is pitched up, then yawed.
-
-    Args:
-        x: Position along x [m].
-        z: Height [m].
-        yaw: Rotation about the vertical [degrees].
-        pitch: Elevation of the rod's direction, which points from left to right [degrees].
-    """
+    """Return a grip along x at x and height z [m], pitched up, then yawed [degrees]."""
     elevate = poses.exponential(math.radians(pitch) * np.array([0.0, -1.0, 0.0]))
     turn = poses.exponential(math.radians(yaw) * np.array([0.0, 0.0, 1.0]))
     return Pose(np.array([x, 0.0, z]), poses.multiply(turn, poses.multiply(elevate, ALONG_X)))

@@ -37,9 +37,7 @@ RELEASE = np.geomspace(0.05, 1e5, 14)
 def kept_share(share: float, section: Section) -> float:
     """Return the share of a curvature that an elastic-perfectly plastic wire keeps [-].
 
-    Args:
-        share: Curvature at which it begins to yield, over the one to which it is bent [-].
-        section: Cross-section.
+    `share` is the curvature at which it begins to yield, over the one to which it is bent.
     """
     if section == "rectangular":
         return 1.0 - 1.5 * share + 0.5 * share**3

@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.campaign import CAMPAIGN_DEFAULTS, CampaignOptions, Trial
-from benchmarks.paper.horizon import MAX_NOISE_RATIO
 from benchmarks.robustness.combinations import Combination, sample
 from benchmarks.robustness.observability import bounds
 from benchmarks.robustness.scene import build_scene
@@ -35,6 +34,8 @@ MAX_ERROR, MAX_ERROR_ON_SUPPORT = 1.0, 2.0
 rope leans on a support, whose friction the model lacks."""
 MAX_STIFFNESS_ERROR = 0.1
 """Largest relative error of a good stiffness [-]."""
+MAX_NOISE_RATIO = 2.0
+"""Largest ratio of a horizon's prediction error and the noise that is counted as good [-]."""
 OBSERVABLE_DEVIATION = 0.05
 """Least standard deviation that the shapes admit, up to which they determine the stiffness [-]."""
 CONDITIONS = (

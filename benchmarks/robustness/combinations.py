@@ -103,16 +103,10 @@ def scenarios_of_one_rope() -> tuple[str, ...]:
 def sample(
     seed: int, number: int, scenarios: tuple[str, ...] = (), adapts: bool = True
 ) -> Combination:
-    """Return a combination, always the same for the same seed, number and scenarios.
+    """Return a combination, always the same for the same arguments; by default of all scenarios.
 
     Scenarios follow one another with the number, and plants so that each scenario meets each plant;
     everything else is drawn at random.
-
-    Args:
-        seed: Seed of the campaign.
-        number: Number of the combination.
-        scenarios: Names of shipped scenarios; by default all with one rope.
-        adapts: Whether the controller adapts the rope's parameters.
     """
     names = scenarios or scenarios_of_one_rope()
     random = np.random.default_rng([seed, number])

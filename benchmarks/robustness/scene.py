@@ -133,14 +133,7 @@ def _grips_are_clear(scenario: Scenario, left: Pose, right: Pose) -> bool:
 def arms_reach(
     scenario: Scenario, goal: Float64[np.ndarray, "n 3"], left: Pose, right: Pose
 ) -> bool:
-    """Return whether all arms can stand at the grips of a goal, as the planner judges it.
-
-    Args:
-        scenario: Arms, obstacles and start.
-        goal: Nodes of the goal [m].
-        left: Left grip of the goal.
-        right: Right grip of the goal.
-    """
+    """Return whether all arms can stand at the grips of a goal, as the planner judges it."""
     if all(scenario.end(side).driver in ("fixed", "ideal") for side in SIDES):
         return True
     grips = scenario.grips(scenario.start)

@@ -1,4 +1,4 @@
-"""Long operation, simulated or live: `lariat bench speed endurance`."""
+"""Long operation of a live stack: `lariat bench speed endurance`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,28 +18,18 @@ from benchmarks.conditions import Conditions
 from benchmarks.faults.hostile_publisher import drawn, publishing
 from benchmarks.live_stack import LiveStack
 from benchmarks.operator import RESET_TIMEOUT, Operator
-from benchmarks.repeated_runs import RepeatedRuns
 from benchmarks.speed.live import latencies
 from benchmarks.speed.pages import OpenPages
 from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
-from lariat.scenario import Scenario, load
-from lariat.scenario.shipped import find
-from lariat.trajectory import SECOND
+from lariat.scenario import Scenario, find, load
 from services.recorder.retention import IDLE_ENDING
-from shared.messages import REACHED
 from shared.recording import Recording
 from shared.ros2.node import Node
 from shared.ros2.router import environment_domain
 from shared.ros2.table import Table
-from stack import services
-from stack.simulation.simulated_time import START
 
-DEFAULT_SCENARIO = find("three-cylinders")
-"""Scenario of the runs."""
-SIMULATED_SAMPLE_PERIOD = 30 * SECOND
-"""Simulated time between two samples [ns]."""
 SAMPLE_PERIOD = 10.0
-"""Time between two samples of a live stack [s]."""
+"""Time between two samples [s]."""
 LATENCY_RECORDINGS = 5
 """Largest number of recordings that latencies are read from."""
 
@@ -65,122 +55,50 @@ class Sample:
     """Period of the steps [ms]; 0 where there are no steps."""
 
 
-@dataclass
-class Operation:
-    """Runs back to back."""
-
-    samples: list[Sample] = field(default_factory=list)
-    """Samples of all processes."""
-    runs: int = 0
-    """Number of runs that reached their goal."""
-    failures: list[str] = field(default_factory=list)
-    """Runs that did not, in words."""
-    notes: list[str] = field(default_factory=list)
-    """What else there is to say."""
-    latency: list[dict[str, object]] = field(default_factory=list)
-    """Latencies from camera to arm."""
-
-    def add(self, samples: list[Sample]) -> None:
-        """Add samples of one time, and print a line."""
-        self.samples += samples
-        newest = samples[-1]
-        line = f"{newest.minutes:.1f} min, {self.runs} runs reached, {newest.memory_mb:.0f} MB"
-        print(line, file=sys.stderr, flush=True)
-
-
 def run(
-    hours: float = 1.0,
-    live_minutes: float = 0.0,
+    minutes: float = 30.0,
     pages: int = 20,
     hostile_rate: float = 0.0,
     ros2: bool = False,
-    scenario: Path = DEFAULT_SCENARIO,
+    scenario: Path = Path("three-cylinders"),
     options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
-    """Run back to back for hours, and show whether memory, files, threads or step times grow.
+    """Run a live stack back to back, and show whether memory, files, threads or step times grow.
 
-    Simulated: all services in one process, true nodes sensed, a reset after every run. Live:
-    `lariat up` with dashboard and recorder, pages open all the time. Its recordings go to a
-    temporary folder; the last of them tell how long camera images take to the arms.
+    `lariat up` with dashboard and recorder, pages open all the time, a reset after every run, as by
+    a person who acknowledges its stops. Its recordings go to a temporary folder; the last of them
+    tell how long camera images take to the arms.
 
     Examples:
-      lariat bench speed endurance --hours 8
-      lariat bench speed endurance --hours 0 --live-minutes 30 --pages 20
-      lariat bench speed endurance --hours 0 --live-minutes 5 --pages 0 --hostile-rate 1000
-      lariat bench speed endurance --hours 0 --live-minutes 2 --pages 0 --ros2
+      lariat bench speed endurance --minutes 480
+      lariat bench speed endurance --minutes 5 --pages 0 --hostile-rate 1000
+      lariat bench speed endurance --minutes 2 --pages 0 --ros2
 
     Args:
-        hours: Simulated time of operation [h]; 0 for a live one.
-        live_minutes: Time of live operation [min].
+        minutes: Time of operation [min].
         pages: Number of pages that are open during it.
         hostile_rate: Hostile messages over all topics in a second of it, which the check of the bus
             refuses [Hz].
         ros2: Whether it joins ROS 2's graph, where another node subscribes to all of its topics.
-        scenario: Scenario of the runs.
+        scenario: A scenario's TOML file, or the short name of a shipped one.
 
     Returns:
         0 when every run reached its goal, 1 otherwise.
     """
-    loaded = load(scenario)
-    operations: list[tuple[str, Operation, str]] = []
+    path = find(scenario)
+    loaded = load(path)
+    limit = loaded.run.time_limit + RESET_TIMEOUT
+    samples: list[Sample] = []
+    failures: list[str] = []
+    runs, browsers = 0, None
     # What this process refuses beside the services is no news.
     logging.disable(logging.WARNING)
-    if hours > 0.0:
-        done = simulated(loaded, 60.0 * hours)
-        operations.append(("simulated", done, "true nodes sensed"))
-    if live_minutes > 0.0:
-        done = live(scenario, live_minutes, pages, hostile_rate, ros2)
-        operations.append(("live", done, str(Conditions.of(loaded.live))))
-    logging.disable(logging.NOTSET)
-    tables = []
-    for name, done, conditions in operations:
-        minutes = max((sample.minutes for sample in done.samples), default=0.0)
-        words = [f"{minutes:.1f} min, {done.runs} runs reached", conditions]
-        words += [*done.notes[:10], *done.failures[:10]]
-        tables.append(Result(name, trends(done.samples), "; ".join(words)))
-        if done.latency:
-            tables.append(Result("latencies", done.latency, "from the exposure of an image"))
-    options.publish(*tables)
-    return 1 if any(done.failures for _, done, _ in operations) else 0
-
-
-def simulated(scenario: Scenario, minutes: float) -> Operation:
-    """Run back to back in one process in simulated time, with true nodes in place of the camera."""
-    sensing = replace(scenario.sensing, source="truth")
-    cell = RepeatedRuns(replace(scenario, sensing=sensing))
-    operation, sampled = Operation(), cell.stack.now
-    while (now := (cell.stack.now - START) / (60 * SECOND)) < minutes:
-        task = cell.run()
-        if task.state == REACHED:
-            operation.runs += 1
-        else:
-            operation.failures.append(f"{now:.1f} min: {task.reason or 'time limit passed'}")
-        cell.reset()
-        if cell.stack.now - sampled >= SIMULATED_SAMPLE_PERIOD:
-            sampled = cell.stack.now
-            operation.add(list(_simulated_samples(cell, now)))
-    return operation
-
-
-def _simulated_samples(cell: RepeatedRuns, minutes: float) -> Iterator[Sample]:
-    """Yield a sample of this process for each service, whose step times they hold."""
-    for name in services.NAMES:
-        times = cell.stack.step_ms(name)
-        yield sample_of(name, None, minutes, float(np.percentile(times, 99)))
-        times.clear()
-
-
-def live(
-    scenario: Path, minutes: float, pages: int, hostile_rate: float = 0.0, ros2: bool = False
-) -> Operation:
-    """Run back to back in `lariat up`, as a person who acknowledges its stops."""
-    loaded = load(scenario)
-    operation, limit = Operation(), loaded.run.time_limit + RESET_TIMEOUT
     with ExitStack() as cleanup:
-        stack = cleanup.enter_context(LiveStack(scenario, ros2=ros2))
+        cleanup.callback(logging.disable, logging.NOTSET)
+        stack = cleanup.enter_context(LiveStack(path, ros2=ros2))
         operator = Operator(cleanup.enter_context(stack.connect()))
-        browsers = OpenPages(stack.address, pages) if pages else None
-        if browsers:
+        if pages:
+            browsers = OpenPages(stack.address, pages)
             cleanup.callback(browsers.close)
         if hostile_rate:
             flood = publishing(drawn(valid=False), stack.hub, stack.namespace, hostile_rate)
@@ -189,24 +107,29 @@ def live(
             cleanup.callback(_subscriber(stack.ros2_router, loaded).close)
         begun = sampled = time.monotonic()
         while (now := time.monotonic()) - begun < 60.0 * minutes:
-            if failure := operator.run_and_reset(limit):
-                operation.failures.append(failure)
-            else:
-                operation.runs += 1
+            failure = operator.run_and_reset(limit)
+            runs, failures = runs + (not failure), [*failures, *filter(None, [failure])]
             if now - sampled >= SAMPLE_PERIOD:
                 sampled = now
-                operation.add(list(_live_samples(stack.pid, operator, (now - begun) / 60.0)))
+                samples += _samples(stack.pid, operator, (now - begun) / 60.0)
+                line = f"{samples[-1].minutes:.1f} min, {runs} runs reached"
+                print(line, file=sys.stderr, flush=True)
         refused = sum(health.refused for health in operator.health.values())
-        operation.notes += [f"{len(operator.stops)} holds, {refused} messages refused"]
-        operation.notes += operator.stops
+        words = [f"{samples[-1].minutes if samples else 0.0:.1f} min, {runs} runs reached"]
+        words += [str(Conditions.of(loaded.live))]
+        words += [f"{len(operator.stops)} holds, {refused} messages refused", *operator.stops[:9]]
         if browsers and browsers.closed:
-            operation.notes.append(f"{browsers.closed} pages ended {browsers.reason}".rstrip())
+            words.append(f"{browsers.closed} pages ended {browsers.reason}".rstrip())
         files = sorted((stack.folder / "recordings").glob("*.mcap"))
-        runs = [path for path in files if not path.name.endswith(IDLE_ENDING)]
+        finished = [file for file in files if not file.name.endswith(IDLE_ENDING)]
         # The last one is still being written.
-        newest = runs[:-1][-LATENCY_RECORDINGS:]
-        operation.latency = latencies(Recording.open(path) for path in newest)
-    return operation
+        newest = finished[:-1][-LATENCY_RECORDINGS:]
+        delays = latencies(Recording.open(file) for file in newest)
+    options.publish(
+        Result("live", trends(samples), "; ".join([*words, *failures[:10]])),
+        Result("latencies", delays, "from the exposure of an image"),
+    )
+    return 1 if failures else 0
 
 
 def _subscriber(router: str, scenario: Scenario) -> Node:
@@ -219,7 +142,7 @@ def _subscriber(router: str, scenario: Scenario) -> Node:
     return node
 
 
-def _live_samples(launcher: int, operator: Operator, minutes: float) -> Iterator[Sample]:
+def _samples(launcher: int, operator: Operator, minutes: float) -> Iterator[Sample]:
     yield sample_of("lariat up", launcher, minutes)
     for name, health in sorted(operator.health.items()):
         with suppress(psutil.Error):  # It may just be restarted.

@@ -44,9 +44,8 @@ def find_browser() -> str:
 def first_view(browser: str, address: str) -> tuple[float, float]:
     """Open the page of a dashboard in a browser that is open and has nothing of it in its cache.
 
-    Returns:
-        Times since then at which the browser has drawn the first text or image, and at which the
-        page's controls are there [s].
+    Return the times since then at which the browser has drawn the first text or image, and at which
+    the page's controls are there [s].
     """
     from playwright.sync_api import sync_playwright
 

@@ -35,12 +35,7 @@ class OpenPages:
     """Pages that are open until they are closed, in a thread of their own."""
 
     def __init__(self, address: str, count: int, pause: float = 0.0) -> None:
-        """Open pages.
-
-        Args:
-            address: Address that the dashboard printed.
-            count: Number of pages.
-            pause: Time after each message before the next one is read [s].
+        """Open pages, each of which pauses after every message [s].
 
         Raises:
             RuntimeError: The pages cannot be opened in time.

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.repeated_runs import RepeatedRuns
 from lariat.scenario.settings import load_with
 from lariat.scenario.shipped import shipped_names
 from lariat.trajectory import SECOND
 from shared import topics
 from shared.messages import REACHED, chain
+from tests.closed_loop.repeated_runs import RepeatedRuns
 
 NAMES = [
     pytest.param(name, marks=() if name == "two-arms" else pytest.mark.slow)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.physics import balances, buckling, closed_forms, frequencies
+from benchmarks.physics import buckling, closed_forms, frequencies, writhing
 from benchmarks.physics.cases import Case
 from benchmarks.physics.hanging import STIFFNESS_CASES
 
@@ -15,7 +15,7 @@ CASES: tuple[Case, ...] = (
     *closed_forms.CASES,
     *frequencies.CASES,
     *buckling.CASES,
-    balances.WRITHING_CASES[0],
+    writhing.CASES[0],
 )
 """Cases that take little time."""
 
@@ -52,22 +52,22 @@ def test_wave_numbers_solve_the_frequency_equations() -> None:
 
 
 def test_work_of_the_grips_is_the_energy_of_the_loop() -> None:
-    energies, works, _ = balances.smooth_closing(60)
+    energies, works, _ = writhing.smooth_closing(60)
     assert works[-1] < -0.05 * energies[0]
     assert np.max(np.abs(energies - energies[0] - works)) < 1e-3 * -works[-1]
 
 
 def test_twist_and_writhe_of_a_loop_are_the_turns_of_its_grips() -> None:
-    _, _, state = balances.smooth_closing(60)
-    assert balances.writhe(state.positions) > 0.3
-    total = balances.twist(state) + balances.writhe(state.positions)
-    assert total == pytest.approx(balances.LOOP_TURNS, abs=1e-3)
+    _, _, state = writhing.smooth_closing(60)
+    assert writhing.writhe(state.positions) > 0.3
+    total = writhing.twist(state) + writhing.writhe(state.positions)
+    assert total == pytest.approx(writhing.LOOP_TURNS, abs=1e-3)
 
 
 def test_writhe_changes_its_sign_in_the_mirror() -> None:
-    _, _, state = balances.smooth_closing(60)
+    _, _, state = writhing.smooth_closing(60)
     mirrored = state.positions * np.array([1.0, -1.0, 1.0])
-    assert balances.writhe(mirrored) == pytest.approx(-balances.writhe(state.positions))
+    assert writhing.writhe(mirrored) == pytest.approx(-writhing.writhe(state.positions))
 
 
 def test_a_case_is_held_by_errors_and_order_together() -> None:

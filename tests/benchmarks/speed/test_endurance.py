@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
 
-from benchmarks.speed import endurance
 from benchmarks.speed.endurance import Sample, sample_of, trends
-from cli.__main__ import main
-from lariat.trajectory import SECOND
 
 
 def samples(memory: list[float]) -> list[Sample]:
@@ -38,14 +34,3 @@ def test_sample_of_this_process_counts_its_open_files(tmp_path: Path) -> None:
     assert during.files == before.files + 2
     assert before.threads >= 1
     assert before.memory_mb > 1.0
-
-
-def test_simulated_operation_counts_its_runs(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(endurance, "SIMULATED_SAMPLE_PERIOD", SECOND)
-    assert main(["bench", "speed", "endurance", "--hours", "0.001", "--json"]) == 0
-    said = capsys.readouterr()
-    processes = {row["process"] for row in json.loads(said.out)["simulated"]}
-    assert processes >= {"controller", "robot_gateway"}
-    assert "1 runs reached" in said.err

@@ -1,4 +1,4 @@
-"""Balances of rods in large motion: a localized helix, a loop that closes, and a whip.
+"""Twisted rods that leave their line: a localized helix, and a loop that twists round itself.
 
 The localized helix has a closed form: van der Heijden & Thompson, "Helical and localised buckling
 in twisted rods" (2000), in the numbers of Bergou et al., "Discrete elastic rods" (2008).
@@ -6,9 +6,6 @@ in twisted rods" (2000), in the numbers of Bergou et al., "Discrete elastic rods
 The loop forms as the ends of a twisted rod are brought together. Until it snaps, the work of the
 grips is the change of the rod's energy. Then strands touch, and twist and writhe add up to the
 turns that the grips hold as long as no strand passes through another (Calugareanu).
-
-The handle of a tapered whip is flicked and stopped, and its free tip becomes fast. Without damping
-its energy then is conserved. The time step is proportional to the length of an edge.
 """
 
 from __future__ import annotations
@@ -22,7 +19,6 @@ from jaxtyping import Float64
 
 from benchmarks.physics.cases import Case
 from benchmarks.physics.closed_forms import WEIGHTLESS
-from benchmarks.physics.hanging import level_grip
 from lariat.geometry import poses
 from lariat.rod import Rod, RodProperties, RodState, RolloutSpec, add_turns, curvatures, forces
 from lariat.rod.strains import moments
@@ -41,15 +37,6 @@ EQUILIBRIUM_DURATIONS = np.array([1.0, 1.0, 10.0, 100.0])
 """Durations of the steps to the next equilibrium; the grip moves in the first [s]."""
 CLOSING_SPEED, CLOSING_STEP = 0.04, 0.005
 """Speed of the grip while the loop snaps and closes [m/s], and time step of that motion [s]."""
-WHIP = RodProperties(
-    1.2, 0.008, 0.05, 4e6, damping=0.0, stiffness_profile=(2.0, 0.1), density_profile=(1.6, 0.4)
-)
-STEP_PER_EDGE = 0.02
-"""Time step of the whip over the length of an edge [s/m]."""
-FLICK_ANGLE = math.radians(120.0)
-"""Angle by which the handle turns [rad]."""
-FLICK_DURATION, FREE_DURATION = 0.15, 0.25
-"""Duration of the flick, and of the motion after it [s]."""
 
 
 def helix_error(node_count: int) -> float:
@@ -172,46 +159,6 @@ def writhe(nodes: Float64[np.ndarray, "n 3"]) -> float:
     return float(np.sum(solid_angles * signs) / (2.0 * np.pi))
 
 
-def whip_error(node_count: int) -> float:
-    """Return the largest change of energy after the flick, relative to the kinetic energy [%]."""
-    rod = Rod(WHIP, node_count, right="free", tolerance=1e-9, scheme="sdirk2")
-    handle = level_grip(0.0, pitch=60.0)
-    dt = STEP_PER_EDGE * rod.edge_length
-    turning, free = (max(1, round(t / dt)) for t in (FLICK_DURATION, FREE_DURATION))
-    phase = np.linspace(0.0, 1.0, turning + 1)
-    # The angle rises smoothly, with neither velocity nor acceleration at both ends.
-    angles = FLICK_ANGLE * (phase - np.sin(2.0 * np.pi * phase) / (2.0 * np.pi))
-    actions = np.zeros((turning, 2, 6))
-    actions[:, 0, 4] = np.diff(angles) / dt
-    state = rod.rollout(RolloutSpec(rod.rest(handle, handle).state, actions, dt)).final
-    start, energies = kinetic(rod, state), [energy(rod, state)]
-    for _ in range(free):
-        state = rod.rollout(RolloutSpec(state, np.zeros((1, 2, 6)), dt)).final
-        energies.append(energy(rod, state))
-    change = np.max(np.abs(np.array(energies) - energies[0]))
-    return float(100.0 * change / start)
-
-
-def energy(rod: Rod, state: RodState) -> float:
-    """Return kinetic, elastic and gravitational energy of a rod without contact [J]."""
-    weight = -float(_masses(rod) @ state.positions @ np.asarray(rod.model.gravity))
-    return kinetic(rod, state) + elastic(rod, state) + weight
-
-
-def kinetic(rod: Rod, state: RodState) -> float:
-    """Return the kinetic energy of nodes and edges [J]."""
-    p = rod.properties
-    left, right = rod.model.clamps
-    edges = slice(left, len(state.orientations) - right)
-    spins = poses.rotate(
-        poses.conjugate(state.orientations[edges]), state.angular_velocities[edges]
-    )
-    # Second moments of a solid cylinder per length.
-    inertia = p.linear_density * p.diameter**2 / 16.0 * np.array([1.0, 1.0, 2.0])
-    turning = 0.5 * rod.edge_length * np.sum(inertia * spins**2)
-    return float(0.5 * np.sum(_masses(rod)[:, None] * state.velocities**2) + turning)
-
-
 def elastic(rod: Rod, state: RodState) -> float:
     """Return the energy of stretch, shear, bending and twist [J]."""
     p, places = rod.properties, rod.model.bend_places
@@ -221,16 +168,8 @@ def elastic(rod: Rod, state: RodState) -> float:
     return float(stretch + bend)
 
 
-def _masses(rod: Rod) -> Float64[np.ndarray, "n"]:
-    p = rod.properties
-    masses = p.linear_density * rod.edge_length * p.density_at(rod.node_count)
-    masses[[0, -1]] *= 0.5
-    return masses
-
-
-WRITHING_CASES = (
+CASES = (
     Case("localized helix, RMS to tanh^2", "-", helix_error, (80, 180), {80: 0.03, 180: 0.015}),
     Case("loop, work and energy", "%", work_error, (LOOP_NODES,), {LOOP_NODES: 0.1}),
     Case("loop, twist + writhe", "turns", linking_error, (LOOP_NODES,), {LOOP_NODES: 0.01}),
 )
-WHIP_CASES = (Case("whip, energy", "%", whip_error, (20, 40, 80, 160), {80: 1.0}),)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle, signed_distance
 from lariat.planning.problem import Problem
 
@@ -27,12 +26,6 @@ class SeedSettings:
     """Number of seeds with a random offset."""
     random_offset_sigma: float = 0.25
     """Standard deviation of a random offset [m]."""
-    random_via_count: int = 24
-    """Number of seeds through a random pair of grips."""
-    via_stretch_range: tuple[float, float] = (0.3, 0.95)
-    """Range of the grip distance at that pair, relative to the rope's length."""
-    via_time_range: tuple[float, float] = (0.4, 0.8)
-    """Range of the share of the path at which that pair is reached."""
     carried_stretch: float = 0.93
     """Grip distance of a taut seed while it is carried, relative to the rope's length."""
     lift_margin: float = 0.01
@@ -70,36 +63,6 @@ def seed_paths(
         for offset in offsets[: 1 + len(lifts)]
     ]
     return paths
-
-
-def random_via_paths(
-    problem: Problem, blocks: int, settings: SeedSettings = SEED_SETTINGS
-) -> list[Displacements]:
-    """Return random seed paths for a goal that the usual ones do not reach.
-
-    A rope may rest between the same grips in several shapes; its final shape depends on the paths
-    of its ends. Each path therefore leads through a random pair of grips, at a random distance.
-    """
-    random = np.random.default_rng([problem.seed, 1])
-    begin = np.stack([g.position for g in problem.grips])
-    end = np.stack([g.position for g in problem.goal.grips])
-    moves = problem.moves[:, :3]
-    low, high = np.array(problem.limits.workspace)
-    length = problem.rod.properties.length
-    seeds = []
-    for _ in range(settings.random_via_count):
-        share = random.uniform(*settings.via_time_range)
-        middle = begin.mean(axis=0) + random.uniform(0.3, 1.0) * (end - begin).mean(axis=0)
-        middle = middle + random.normal(scale=settings.random_offset_sigma / 2.0, size=3)
-        heading = random.normal(size=3) + (end[1] - end[0]) / length
-        half = 0.5 * random.uniform(*settings.via_stretch_range) * length
-        chord = half * poses.normalized(heading)
-        via = np.clip(np.stack([middle - chord, middle + chord]), low, high)
-        s = np.linspace(0.0, 1.0, blocks + 1)[:, None, None]
-        there, back = np.minimum(s / share, 1.0), np.maximum((s - share) / (1.0 - share), 0.0)
-        path = begin + there * (via - begin) + back * (end - via)
-        seeds.append(np.diff(np.where(moves, path, begin), axis=0))
-    return seeds
 
 
 def lift_offsets(

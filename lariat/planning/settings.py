@@ -19,25 +19,21 @@ class PlannerSettings:
     """Largest number of candidates that are refined."""
     min_difference: float = 0.04
     """Distance of the grips halfway above which two candidates are different paths [m]."""
-    grid_search_shortfall: float = 0.01
-    """Shortfall of the best seed above which a path is searched on the grid [m]."""
+    max_seed_shortfall: float = 0.01
+    """Shortfall of the best seed above which the trees are tried before a seed is refined [m]."""
     tree_clearances: tuple[float, ...] = (0.8, 0.5, 0.65)
     """Clearances of the tree searches in the order of trial: the first one relative to the wanted
     clearance, the others to the necessary one."""
     tree_iterations: int = 3
     """Largest number of Gauss-Newton iterations of a path that the trees found."""
     first_tree_growth: int = 10
-    """Number of iterations of the trees before a path is searched on the grid, where both ends
-    rotate: by then they have tried to lead the rope lengthwise through each narrow passage."""
+    """Number of iterations of the trees before a proof is sought that there is no path: by then
+    they have tried to lead the rope lengthwise through each narrow passage."""
     max_rest_error: float = 0.02
     """Mean node distance of the goal from a rest shape between its grips above which the trees are
     not tried, because the goal is not a shape that the rope takes [m]."""
-    grid_clearances: tuple[float, ...] = (1.0, 0.4)
-    """Clearances of the grid search, relative to the wanted one, in the order of trial."""
     max_parts: int = 8
     """Largest number of parts of blocked paths that are timed."""
-    max_via_error_ratio: float = 0.7
-    """Error of a random path, relative to that of the best path, below which it is refined."""
 
 
 PLANNER_SETTINGS = PlannerSettings()

@@ -8,18 +8,31 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.geometry import obstacles as geometry
-from lariat.planning.grid_search.search import GridPath, block_displacements
-from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
+from lariat.geometry.poses import Pose
+from lariat.planning.path_optimization.optimizer import SETTINGS, PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.refinement import is_clear, refined_path
 from lariat.planning.retiming import PATH_PERIOD, required_clearance, retime
 from lariat.planning.settings import PlannerSettings
+from lariat.planning.tree_search.search import TreePath, pose_displacements
+
+
+def followed(problem: Problem, tree_path: TreePath) -> tuple[PathOptimizer, PathCandidate]:
+    """Return an optimiser for a path of the trees, and its candidate with the whole rod.
+
+    Args:
+        problem: Planning problem.
+        tree_path: Path that the trees found.
+    """
+    lengths = tree_path.step_lengths
+    optimizer = PathOptimizer(problem, settings=SETTINGS.for_length(float(np.sum(lengths))))
+    displacements = pose_displacements(tree_path.grips, lengths, optimizer.settings.blocks)
+    return optimizer, optimizer.follow(displacements)
 
 
 def nearest_path(
     problem: Problem,
-    optimizer: PathOptimizer,
-    grid_path: GridPath | None,
+    tree_path: TreePath | None,
     candidates: Sequence[PathCandidate],
     reason: str,
     settings: PlannerSettings,
@@ -28,47 +41,51 @@ def nearest_path(
 
     Args:
         problem: Planning problem.
-        optimizer: Optimiser of the problem.
-        grid_path: What the search on the grid found; None where it was not tried.
+        tree_path: Path of the trees; None where they were not tried.
         candidates: Candidates of which a clear part may be followed.
         reason: Reason why no path reaches the goal.
         settings: Effort.
     """
-    near = _nearest_reachable(problem, grid_path, reason, settings)
-    return near or _clear_part(problem, optimizer, candidates, reason, settings)
+    near = _nearest_reachable(problem, tree_path, reason, settings)
+    return near or _clear_part(problem, candidates, reason, settings)
 
 
 def _nearest_reachable(
-    problem: Problem, grid_path: GridPath | None, reason: str, settings: PlannerSettings
+    problem: Problem, tree_path: TreePath | None, reason: str, settings: PlannerSettings
 ) -> WholePath | None:
-    """Path to the shape nearest to the goal that the grid search found without collision."""
-    if grid_path is None or grid_path.reaches_goal or len(grid_path.grips) < 2:
+    """Path to the shape nearest to the goal that the trees reached."""
+    if tree_path is None or tree_path.reaches_goal:
         return None
-    left, right = grid_path.end_grips
+    _, candidate = followed(problem, tree_path)
+    ends = zip(tree_path.grips.positions[-1], tree_path.grips.orientations[-1], strict=True)
+    left, right = (Pose(position, orientation) for position, orientation in ends)
     near = problem.with_goal(
-        nodes=grid_path.end_nodes, left=left, right=right, left_oriented=False, right_oriented=False
+        nodes=candidate.nodes[-1],
+        left=left,
+        right=right,
+        left_oriented=False,
+        right_oriented=False,
     )
-    optimizer = PathOptimizer(near)
-    displacements = block_displacements(grid_path.grips, optimizer.settings.blocks)
-    path = refined_path(near, optimizer, optimizer.evaluate([displacements])[0], settings)
+    optimizer, start = followed(near, tree_path)
+    path = refined_path(near, optimizer, start, settings)
     if not is_clear(path, optimizer) or path.clearance < 0.0:
         return None
     return _ending_short(
         problem,
         path,
-        f"{reason}; the nearest shape that can be reached is {{left_mm:.0f}} mm from the goal on "
-        "average",
+        f"{reason}; the nearest shape found that can be reached is {{left_mm:.0f}} mm from the "
+        "goal on average",
     )
 
 
 def _clear_part(
     problem: Problem,
-    optimizer: PathOptimizer,
     candidates: Sequence[PathCandidate],
     reason: str,
     settings: PlannerSettings,
 ) -> WholePath:
     """Clear part of a path that ends nearest to the goal; what is seen there may help."""
+    optimizer = PathOptimizer(problem)
     least = required_clearance(optimizer)
     stride = optimizer.settings.steps_per_block
     here = problem.goal_error(problem.state.positions)

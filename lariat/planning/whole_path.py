@@ -1,34 +1,25 @@
-"""Plan of a whole path: seeds, grid and tree searches, and the order in which they are tried."""
+"""Plan of a whole path: seeds, tree searches, and the order in which they are tried."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
 from lariat.planning.arms.arm_check import goal_fault
-from lariat.planning.grid_search.relaxation import proof_of_no_path
-from lariat.planning.grid_search.search import GridPath, block_displacements, search_grid
 from lariat.planning.landing import landed, landing
 from lariat.planning.laying import plan_laying
+from lariat.planning.no_path_proof import proof_of_no_path
 from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.planning.planning_time import PlanningTime
 from lariat.planning.problem import Problem, WholePath, grip_distance
-from lariat.planning.refinement import (
-    avoiding_with_arms,
-    best_path,
-    distinct,
-    is_clear,
-    rank,
-    refined_path,
-)
-from lariat.planning.seeds import random_via_paths, seed_paths
+from lariat.planning.refinement import best_path, distinct, is_clear, rank, refined_path
+from lariat.planning.seeds import seed_paths
 from lariat.planning.settings import PLANNER_SETTINGS, PlannerSettings
-from lariat.planning.shorter_path import nearest_path, stay
-from lariat.planning.tree_search.search import TreeSearch, pose_displacements
-from lariat.planning.tree_search.settings import TREE_SEARCH_SETTINGS
+from lariat.planning.shorter_path import followed, nearest_path, stay
+from lariat.planning.tree_search.search import TreePath, TreeSearch
 from lariat.rod import state_along
 
 
@@ -58,90 +49,76 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
 def _plan(problem: Problem, settings: PlannerSettings, time: PlanningTime) -> WholePath:
     """Best path found straight to the goal."""
     optimizer = PathOptimizer(problem)
-    blocks = optimizer.settings.blocks
     if optimizer.goal_clearance < 0.0:
         return stay(problem, f"blocked: the goal itself {_conflict_at_goal(problem)}")
     if at_goal := goal_fault(problem):
         return stay(problem, f"unreachable: at the goal itself, {at_goal}")
-    candidates = sorted(optimizer.evaluate(seed_paths(problem, blocks)), key=lambda c: c.cost)
-    candidates, grid_path = distinct(candidates, settings)[: settings.max_refined], None
-    if candidates[0].shortfall > settings.grid_search_shortfall:
-        if problem.moves.all() and not problem.spare_clearance:
-            threaded = _search_trees(problem, optimizer, settings, time, settings.first_tree_growth)
-            if threaded is not None and threaded.reached:
-                return threaded
-        grid_path = _search_grid(problem, optimizer, settings)
-    if grid_path is not None and grid_path.reaches_goal:
-        from_grid = optimizer.evaluate([block_displacements(grid_path.grips, blocks)])
-        candidates = from_grid + candidates
-    elif grid_path is not None:
-        # No cheap guess leads through: the trees are tried before one is refined in vain.
-        candidates = candidates[:1]
-        proof = proof_of_no_path(problem)
-        turned = None if proof else _search_trees(problem, optimizer, settings, time)
-        if proof:
-            return nearest_path(problem, optimizer, grid_path, candidates, proof, settings)
-        if turned is not None and turned.reached:
-            return turned
-    best = best_path(problem, optimizer, candidates, settings, time)
+    seeds = optimizer.evaluate(seed_paths(problem, optimizer.settings.blocks))
+    candidates = distinct(sorted(seeds, key=lambda c: c.cost), settings)[: settings.max_refined]
+    searched = None
+    if candidates[0].shortfall > settings.max_seed_shortfall:
+        # No seed leads through: the trees are tried before one is refined in vain.
+        searched = _search_trees(problem, optimizer, settings, time)
+        if searched.path is not None and searched.path.reached:
+            return searched.path
+        if searched.proof:
+            return nearest_path(problem, searched.tree_path, candidates, searched.proof, settings)
+    likely = candidates[:1] if searched else candidates
+    best = best_path(problem, optimizer, likely, settings, time)
     if best.reached:
         return best
-    if (is_clear(best, optimizer) or best.arm_fault) and not time.is_over():
-        seeker = optimizer if not best.arm_fault else avoiding_with_arms(problem, optimizer)
-        more = sorted(seeker.evaluate(random_via_paths(problem, blocks)), key=lambda c: c.cost)
-        if not best.arm_fault:
-            # A rope with wrong properties misses its goal by the same distance on all paths.
-            more = [c for c in more if c.error < settings.max_via_error_ratio * best.final_error]
-        different = distinct(more, settings)[: settings.max_refined]
-        around = [best_path(problem, seeker, different, settings, time)] if more else []
-        best = max([best, *around], key=lambda path: rank(path, optimizer))
-    proof = ""
-    if not best.reached and (grid_path is None or grid_path.reaches_goal):
-        proof = proof_of_no_path(problem) if grid_path is None else ""
-        turned = None if proof else _search_trees(problem, optimizer, settings, time)
-        best = max([best, turned or best], key=lambda path: rank(path, optimizer))
-    if not is_clear(best, optimizer):
-        grid_path = grid_path or _search_grid(problem, optimizer, settings)
-        reason = proof or best.reason
-        return nearest_path(problem, optimizer, grid_path, candidates, reason, settings)
-    return best
+    searched = searched or _search_trees(problem, optimizer, settings, time)
+    best = max([best, searched.path or best], key=lambda path: rank(path, optimizer))
+    if is_clear(best, optimizer):
+        return best
+    reason = searched.proof or best.reason
+    return nearest_path(problem, searched.tree_path, candidates, reason, settings)
+
+
+@dataclass(frozen=True)
+class _Searched:
+    """What the tree searches found."""
+
+    path: WholePath | None = None
+    """Best path that leads to the goal; None where there is none."""
+    tree_path: TreePath | None = None
+    """Path of the last search."""
+    proof: str = ""
+    """Reason why there is no path; empty where there may be one."""
 
 
 def _search_trees(
-    problem: Problem,
-    optimizer: PathOptimizer,
-    settings: PlannerSettings,
-    time: PlanningTime,
-    first_growth: int | None = None,
-) -> WholePath | None:
-    """Path along which the grips turn, by tree searches; None where they do not find any."""
+    problem: Problem, optimizer: PathOptimizer, settings: PlannerSettings, time: PlanningTime
+) -> _Searched:
+    """Path along which the grips turn, by tree searches for less and less clearance."""
     if not _is_rest_shape(problem, settings):
-        return None
+        return _Searched(proof=proof_of_no_path(problem))
     low, high = np.array(problem.limits.workspace)
     ends = np.stack([grip.position for grip in problem.feasible_goal_grips])
     apart = grip_distance(problem.feasible_goal_grips)
     if np.any(ends < low) or np.any(ends > high) or apart > problem.longest_grip_distance:
-        return None
+        return _Searched()
     paths: list[WholePath] = []
-    growth, clearances = TREE_SEARCH_SETTINGS, settings.tree_clearances
-    if first_growth is not None:
-        growth, clearances = replace(growth, max_iterations=first_growth), clearances[:1]
+    tree_path = None
     refinement = replace(settings, iterations=settings.tree_iterations)
-    for seed, share in enumerate(clearances):
+    for seed, share in enumerate(settings.tree_clearances):
+        base = optimizer.necessary_clearance if seed else optimizer.wanted_clearance
+        search = TreeSearch(problem, share * base, seed)
+        tree_path = search.run(settings.first_tree_growth) if seed == 0 else search.run()
+        if seed == 0 and not tree_path.reaches_goal:
+            # An opening is passed at once, or takes long.
+            if proof := proof_of_no_path(problem):
+                return _Searched(tree_path=tree_path, proof=proof)
+            tree_path = search.run()
+        if tree_path.reaches_goal:
+            follower, start = followed(problem, tree_path)
+            paths.append(refined_path(problem, follower, start, refinement))
+            if paths[-1].reached and is_clear(paths[-1], optimizer):
+                break
         if time.is_over():
             break
-        base = optimizer.necessary_clearance if seed else optimizer.wanted_clearance
-        tree_path = TreeSearch(problem, share * base, seed, growth).run()
-        if not tree_path.reaches_goal:
-            continue
-        lengths = tree_path.step_lengths
-        finer = optimizer.settings.for_length(float(np.sum(lengths)))
-        follower = PathOptimizer(problem, settings=finer)
-        start = follower.follow(pose_displacements(tree_path.grips, lengths, finer.blocks))
-        paths.append(refined_path(problem, follower, start, refinement))
-        if paths[-1].reached and is_clear(paths[-1], optimizer):
-            break
-    return max(paths, key=lambda path: rank(path, optimizer), default=None)
+    best = max(paths, key=lambda path: rank(path, optimizer), default=None)
+    return _Searched(best, tree_path)
 
 
 def _is_rest_shape(problem: Problem, settings: PlannerSettings) -> bool:
@@ -154,20 +131,6 @@ def _is_rest_shape(problem: Problem, settings: PlannerSettings) -> bool:
         return False
     apart = polylines.mean_node_distance(rest.state.positions, problem.goal.nodes)
     return apart < settings.max_rest_error
-
-
-def _search_grid(
-    problem: Problem, optimizer: PathOptimizer, settings: PlannerSettings
-) -> GridPath | None:
-    """Path on the grid where both ends move, or the path to the nearest reachable shape."""
-    if not problem.moves[:, :3].all():
-        return None
-    path = None
-    for share in settings.grid_clearances:
-        path = search_grid(problem, share * optimizer.wanted_clearance)
-        if path.reaches_goal:
-            break
-    return path
 
 
 def _conflict_at_goal(problem: Problem) -> str:

@@ -39,8 +39,6 @@ class TreePath:
     """Whether it leads to the goal."""
     grips: Grips
     """Places of both grips from the start to the goal, or to the nearest shape that was reached."""
-    end_nodes: Float64[np.ndarray, "n 3"]
-    """Nodes of the coarse rope at its end [m]."""
     step_lengths: Float64[np.ndarray, "w-1"]
     """Motion of the grips from place to place, rotation included [m]."""
     iterations: int
@@ -91,30 +89,35 @@ class TreeSearch:
         self._random = np.random.default_rng([problem.seed, seed, 3])
         self._open_threads = [list(range(len(self._sampler.threads))) for _ in self._trees]
         """Threads through which each tree has not been led."""
+        self._iteration = 0
 
-    def run(self) -> TreePath:
-        """Return the path found, or a path to the nearest shape that was reached."""
-        s = self._settings
-        path = self._connect(0, np.array([0]))
-        for iteration in range(s.max_iterations):
-            if path is not None:
-                return self._path(True, self._shortened(path), self._goal.positions, iteration)
-            side = iteration % 2
+    def run(self, until: int | None = None) -> TreePath:
+        """Return the path found, or a path to the nearest shape that was reached.
+
+        A search that has not reached the goal goes on where it was.
+
+        Args:
+            until: Number of iterations in all after which it gives up; None: that of the settings.
+        """
+        path = None if self._iteration else self._connect(0, np.array([0]))
+        while path is None and self._iteration < (until or self._settings.max_iterations):
+            side = self._iteration % 2
+            self._iteration += 1
             for grow in (self._thread, self._grow):
                 new = grow(side)
                 path = self._connect(side, new) if path is None and len(new) else path
+        if path is not None:
+            return self._path(True, self._shortened(path))
         near, tree = self._problem.goal.nodes, self._trees[0]
         coarse = polylines.resample_smooth(near, self._rod.node_count)
         index = int(np.argmin(tree.mean_distances(coarse)))
         branch = tree.branch(index)
         grips = tree.grips[branch] if len(branch) > 1 else tree.grips[[0, 0]]
-        return self._path(False, grips, tree.states[index].positions, s.max_iterations)
+        return self._path(False, grips)
 
-    def _path(
-        self, reaches: bool, grips: Grips, end: Float64[np.ndarray, "n 3"], iterations: int
-    ) -> TreePath:
+    def _path(self, reaches_goal: bool, grips: Grips) -> TreePath:
         lengths = self._motion.length(grips[:-1], grips[1:])
-        return TreePath(reaches, grips, end, lengths, iterations)
+        return TreePath(reaches_goal, grips, lengths, self._iteration)
 
     def _state(
         self, nodes: Float64[np.ndarray, "n 3"], grips: tuple[Pose, Pose], turns: int

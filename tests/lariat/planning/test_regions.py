@@ -10,7 +10,7 @@ import pytest
 
 from lariat.geometry.obstacles import chain_clearance
 from lariat.planning.cell_problem import scenario_problem
-from lariat.planning.grid_search.relaxation import proof_of_no_path
+from lariat.planning.no_path_proof import proof_of_no_path
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.whole_path import plan
 from lariat.scenario import Scenario, load

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.geometry.obstacles import TABLE, Obstacle
-from lariat.planning.grid_search.relaxation import proof_of_no_path
+from lariat.planning.no_path_proof import proof_of_no_path
 from lariat.planning.problem import Problem
 from tests.lariat.planning.test_whole_path import behind_the_wall, window
 

@@ -54,16 +54,6 @@ def _direct(find: Callable[..., list[Any]]) -> Callable[..., list[Any]]:
     return lambda *arguments: find(*arguments)[:1]
 
 
-def _later_trees(search: Callable[..., Any]) -> Callable[..., Any]:
-    """Tree search that is left out where the grid has not been tried."""
-
-    def run(*arguments: Any) -> Any:
-        # The number of iterations, the last argument, is given before the grid is tried.
-        return None if len(arguments) > 4 else search(*arguments)
-
-    return run
-
-
 def _certain(plan: Callable[..., Any], problem: Problem) -> Any:
     """Plan as if the rope's properties were certain."""
     return plan(replace(problem, variants=()))
@@ -74,12 +64,7 @@ Part = tuple[tuple[Any, str, Any], ...]
 PARTS: dict[str, Part] = {
     "nothing": (),
     "seeds around obstacles": ((whole_path, "seed_paths", _direct(seeds.seed_paths)),),
-    "random seeds": ((whole_path, "random_via_paths", _direct(seeds.random_via_paths)),),
-    "grid search": ((whole_path, "_search_grid", lambda *_: None),),
-    "tree search": ((whole_path, "_search_trees", lambda *_: None),),
-    "trees before the grid": (
-        (whole_path, "_search_trees", _later_trees(whole_path._search_trees)),
-    ),
+    "tree search": ((whole_path, "_search_trees", lambda *_: whole_path.Searched()),),
     "passages": ((TreeSearch, "_thread", lambda *_: np.zeros(0, dtype=int)),),
     "shortening": ((TreeSearch, "_shortened", lambda _, grips: grips),),
     "proof of no path": ((whole_path, "proof_of_no_path", lambda *_: ""),),

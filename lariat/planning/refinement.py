@@ -8,11 +8,25 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.planning.arms.arm_check import LEAST_LINK_MARGIN
-from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
+from lariat.planning.path_optimization.optimizer import SETTINGS, PathCandidate, PathOptimizer
 from lariat.planning.planning_time import PlanningTime
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.retiming import RETIMING_SETTINGS, required_clearance, retime
 from lariat.planning.settings import PlannerSettings
+from lariat.planning.tree_search.search import TreePath, pose_displacements
+
+
+def followed(problem: Problem, tree_path: TreePath) -> tuple[PathOptimizer, PathCandidate]:
+    """Return an optimiser for a path of the trees, and its candidate with the whole rod.
+
+    Args:
+        problem: Planning problem.
+        tree_path: Path that the trees found.
+    """
+    lengths = tree_path.step_lengths
+    optimizer = PathOptimizer(problem, settings=SETTINGS.for_length(float(np.sum(lengths))))
+    displacements = pose_displacements(tree_path.grips, lengths, optimizer.settings.blocks)
+    return optimizer, optimizer.follow(displacements)
 
 
 def refined_path(

@@ -26,9 +26,9 @@ class PlannerSettings:
     clearance, the others to the necessary one."""
     tree_iterations: int = 3
     """Largest number of Gauss-Newton iterations of a path that the trees found."""
-    first_tree_growth: int = 10
-    """Number of iterations of the trees before a proof is sought that there is no path: by then
-    they have tried to lead the rope lengthwise through each narrow passage."""
+    tree_growth: tuple[int, ...] = (10, 150)
+    """Numbers of iterations after which the searches take turns: after few, they have tried to lead
+    the rope lengthwise through each narrow passage."""
     max_rest_error: float = 0.02
     """Mean node distance of the goal from a rest shape between its grips above which the trees are
     not tried, because the goal is not a shape that the rope takes [m]."""

@@ -9,25 +9,12 @@ import numpy as np
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.poses import Pose
-from lariat.planning.path_optimization.optimizer import SETTINGS, PathCandidate, PathOptimizer
+from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.refinement import is_clear, refined_path
+from lariat.planning.refinement import followed, is_clear, refined_path
 from lariat.planning.retiming import PATH_PERIOD, required_clearance, retime
 from lariat.planning.settings import PlannerSettings
-from lariat.planning.tree_search.search import TreePath, pose_displacements
-
-
-def followed(problem: Problem, tree_path: TreePath) -> tuple[PathOptimizer, PathCandidate]:
-    """Return an optimiser for a path of the trees, and its candidate with the whole rod.
-
-    Args:
-        problem: Planning problem.
-        tree_path: Path that the trees found.
-    """
-    lengths = tree_path.step_lengths
-    optimizer = PathOptimizer(problem, settings=SETTINGS.for_length(float(np.sum(lengths))))
-    displacements = pose_displacements(tree_path.grips, lengths, optimizer.settings.blocks)
-    return optimizer, optimizer.follow(displacements)
+from lariat.planning.tree_search.search import TreePath
 
 
 def nearest_path(

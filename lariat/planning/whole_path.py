@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -15,10 +16,17 @@ from lariat.planning.no_path_proof import proof_of_no_path
 from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.planning.planning_time import PlanningTime
 from lariat.planning.problem import Problem, WholePath, grip_distance
-from lariat.planning.refinement import best_path, distinct, is_clear, rank, refined_path
+from lariat.planning.refinement import (
+    best_path,
+    distinct,
+    followed,
+    is_clear,
+    rank,
+    refined_path,
+)
 from lariat.planning.seeds import seed_paths
 from lariat.planning.settings import PLANNER_SETTINGS, PlannerSettings
-from lariat.planning.shorter_path import followed, nearest_path, stay
+from lariat.planning.shorter_path import nearest_path, stay
 from lariat.planning.tree_search.search import TreePath, TreeSearch
 from lariat.rod import state_along
 
@@ -76,8 +84,8 @@ def _plan(problem: Problem, settings: PlannerSettings, time: PlanningTime) -> Wh
 
 
 @dataclass(frozen=True)
-class _Searched:
-    """What the tree searches found."""
+class Searched:
+    """Result of the tree searches."""
 
     path: WholePath | None = None
     """Best path that leads to the goal; None where there is none."""
@@ -89,36 +97,36 @@ class _Searched:
 
 def _search_trees(
     problem: Problem, optimizer: PathOptimizer, settings: PlannerSettings, time: PlanningTime
-) -> _Searched:
+) -> Searched:
     """Path along which the grips turn, by tree searches for less and less clearance."""
     if not _is_rest_shape(problem, settings):
-        return _Searched(proof=proof_of_no_path(problem))
+        return Searched(proof=proof_of_no_path(problem))
     low, high = np.array(problem.limits.workspace)
     ends = np.stack([grip.position for grip in problem.feasible_goal_grips])
     apart = grip_distance(problem.feasible_goal_grips)
     if np.any(ends < low) or np.any(ends > high) or apart > problem.longest_grip_distance:
-        return _Searched()
-    paths: list[WholePath] = []
-    tree_path = None
+        return Searched()
     refinement = replace(settings, iterations=settings.tree_iterations)
-    for seed, share in enumerate(settings.tree_clearances):
-        base = optimizer.necessary_clearance if seed else optimizer.wanted_clearance
-        search = TreeSearch(problem, share * base, seed)
-        tree_path = search.run(settings.first_tree_growth) if seed == 0 else search.run()
-        if seed == 0 and not tree_path.reaches_goal:
-            # An opening is passed at once, or takes long.
-            if proof := proof_of_no_path(problem):
-                return _Searched(tree_path=tree_path, proof=proof)
-            tree_path = search.run()
+    searches: list[TreeSearch] = []
+    paths: list[WholePath] = []
+    tree_path, proof = None, ""
+    for until, (seed, share) in product(settings.tree_growth, enumerate(settings.tree_clearances)):
+        if seed == len(searches):
+            least = optimizer.necessary_clearance if seed else optimizer.wanted_clearance
+            searches.append(TreeSearch(problem, share * least, seed))
+        elif seed == 0:
+            # Before a thorough search: an opening is passed at once, or takes long.
+            proof = proof_of_no_path(problem)
+        if proof or time.is_over():
+            break
+        tree_path = searches[seed].run(until)
         if tree_path.reaches_goal:
             follower, start = followed(problem, tree_path)
             paths.append(refined_path(problem, follower, start, refinement))
             if paths[-1].reached and is_clear(paths[-1], optimizer):
                 break
-        if time.is_over():
-            break
     best = max(paths, key=lambda path: rank(path, optimizer), default=None)
-    return _Searched(best, tree_path)
+    return Searched(best, tree_path, proof)
 
 
 def _is_rest_shape(problem: Problem, settings: PlannerSettings) -> bool:

@@ -91,16 +91,16 @@ class TreeSearch:
         """Threads through which each tree has not been led."""
         self._iteration = 0
 
-    def run(self, until: int | None = None) -> TreePath:
+    def run(self, iterations: int) -> TreePath:
         """Return the path found, or a path to the nearest shape that was reached.
 
         A search that has not reached the goal goes on where it was.
 
         Args:
-            until: Number of iterations in all after which it gives up; None: that of the settings.
+            iterations: Number of iterations in all after which it gives up.
         """
         path = None if self._iteration else self._connect(0, np.array([0]))
-        while path is None and self._iteration < (until or self._settings.max_iterations):
+        while path is None and self._iteration < iterations:
             side = self._iteration % 2
             self._iteration += 1
             for grow in (self._thread, self._grow):

@@ -77,8 +77,6 @@ class TreeSearchSettings:
     """Number of new nodes of an iteration that the other tree tries to reach."""
     max_connection_extensions: int = 10
     """Largest number of extensions in a row towards a node of the other tree."""
-    max_iterations: int = 150
-    """Number of iterations after which the search gives up."""
     jump: float = 4.0
     """Motion of a rope's node in a step, in steps of the grips, above which the rope snaps over to
     another shape and the tree does not grow [-]."""

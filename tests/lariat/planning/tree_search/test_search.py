@@ -9,7 +9,6 @@ from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
 from lariat.planning.problem import Problem
 from lariat.planning.tree_search.search import TreeSearch, pose_displacements
-from lariat.planning.tree_search.settings import TreeSearchSettings
 from lariat.rod import RolloutSpec
 from lariat.scenario import Goal
 from tests.lariat.planning.test_whole_path import LEVEL, behind_the_wall, window
@@ -37,7 +36,7 @@ def test_trees_lead_a_rope_lengthwise_through_a_window_half_as_wide(
 ) -> None:
     moves = np.ones((2, 6), dtype=bool)
     problem = replace(behind_the_wall, moves=moves, obstacles=window(0.15, 0.18, 0.22))
-    found = TreeSearch(problem, 0.008, 2).run()
+    found = TreeSearch(problem, 0.008, 2).run(150)
     assert found.reaches_goal
     blocks = 3 * len(found.grips)
     actions = pose_displacements(found.grips, found.step_lengths, blocks) / 0.4
@@ -49,7 +48,7 @@ def test_trees_lead_a_rope_lengthwise_through_a_window_half_as_wide(
 
 
 def test_the_same_seed_finds_the_same_path(exchange: Problem) -> None:
-    one, two = (TreeSearch(exchange, 0.008, 2).run() for _ in range(2))
+    one, two = (TreeSearch(exchange, 0.008, 2).run(150) for _ in range(2))
     assert one.reaches_goal
     assert np.array_equal(one.grips.positions, two.grips.positions)
 
@@ -59,12 +58,11 @@ def test_without_a_way_the_trees_end_at_the_nearest_shape_that_they_reached(
 ) -> None:
     wall = Obstacle("box", (0.0, 0.0, 1.0), size=(3.0, 0.01, 2.0), name="wall")
     problem = replace(behind_the_wall, obstacles=(TABLE, wall))
-    few = TreeSearchSettings(max_iterations=10)
-    search = TreeSearch(problem, 0.008, 0, few)
-    assert not search.run().reaches_goal
+    search = TreeSearch(problem, 0.008)
+    assert not search.run(10).reaches_goal
     # It goes on where it was: the same tree as of one search of twenty iterations.
     path = search.run(20)
-    whole = TreeSearch(problem, 0.008, 0, replace(few, max_iterations=20)).run()
+    whole = TreeSearch(problem, 0.008).run(20)
     assert np.array_equal(path.grips.positions, whole.grips.positions)
     assert not path.reaches_goal
     assert path.grips.positions[..., 1].max() < 0.0
@@ -82,14 +80,14 @@ def test_a_fixed_grip_stays_where_it_is(behind_the_wall: Problem) -> None:
         goal=Goal(behind_the_wall.rod.rest(*goal).state.positions, *goal),
         obstacles=(TABLE, post),
     )
-    found = TreeSearch(problem, 0.008, 0).run()
+    found = TreeSearch(problem, 0.008, 0).run(150)
     assert found.reaches_goal
     assert np.ptp(found.grips.positions[:, 0], axis=0).max() == 0.0
     np.testing.assert_allclose(found.grips.positions[-1, 1], goal[1].position, atol=1e-12)
 
 
 def test_displacements_lead_through_all_poses(exchange: Problem) -> None:
-    found = TreeSearch(exchange, 0.008, 2).run()
+    found = TreeSearch(exchange, 0.008, 2).run(150)
     moved = pose_displacements(found.grips, found.step_lengths, 40)
     whole = found.grips.positions[-1] - found.grips.positions[0]
     np.testing.assert_allclose(moved[..., :3].sum(axis=0), whole, atol=1e-12)

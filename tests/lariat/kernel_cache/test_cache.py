@@ -110,12 +110,22 @@ def without_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.metadata, "version", other_version)
 
 
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a checkout, and a cache that holds its small kernel."""
+    folder = tmp_path_factory.mktemp("compiled")
+    root = checkout(folder / "checkout", 4.0)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("XDG_CACHE_HOME", str(folder / "kept"))
+        cache.kernel.__wrapped__(probe(root))
+    return folder
+
+
 @pytest.fixture
-def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def kept(compiled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the file of a small kernel in a cache of its own."""
-    root = checkout(tmp_path / "checkout", 4.0)
+    root = shutil.copytree(compiled, tmp_path, dirs_exist_ok=True) / "checkout"
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "kept"))
-    cache.kernel.__wrapped__(probe(root))
     return cache.kernel_path(tmp_path / "kept" / "lariat", "scale", kernel_key(probe(root)))
 
 

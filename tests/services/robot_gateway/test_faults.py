@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
+from functools import cache
+
 import numpy as np
 import pytest
 
+from services.cr5_emulator.commands.dispatch import CommandDispatcher
 from tests.services.robot_gateway.arm_cell import ArmWorld, circle
 
 # What the table says of each: the cause that is named, and words that a person reads.
@@ -38,6 +42,14 @@ HARMLESS = [
 
 def moving(firmware: str, **options: object) -> tuple[ArmWorld, int]:
     """A world in the middle of a circle, and since when."""
+    world, since = deepcopy(_moving(firmware, **options))
+    # Its table holds functions of the arm that was copied.
+    world.emulator.commands = CommandDispatcher(world.emulator.controller)
+    return world, since
+
+
+@cache
+def _moving(firmware: str, **options: object) -> tuple[ArmWorld, int]:
     world = ArmWorld(firmware, **options)
     world.until_ready()
     since = world.now

@@ -17,8 +17,12 @@ LIVE_FILES = [
     FOLDER / "compose" / "test_compose.py",
 ]
 COMPUTING_FILE = FOLDER / "shared" / "bus" / "test_message_check.py"
-MIXED_FILE = FOLDER / "environments" / "test_shape_control.py"
-"""File with one test that is marked."""
+MIXED_FILE = FOLDER / "shared" / "ros2" / "test_real_ros.py"
+"""File of whose tests some are marked."""
+
+
+def test_libraries_have_the_environment_of_the_stack() -> None:
+    assert not conftest.LIBRARIES_ARE_LOADED
 
 
 @pytest.mark.parametrize(

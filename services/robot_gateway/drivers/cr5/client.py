@@ -156,8 +156,9 @@ class Cr5Client:
 
     @property
     def powered(self) -> bool:
-        """Whether the drives may be on: recent feedback does not say that they are off."""
-        return self.lost or self.feedback is None or not self._drives_off()
+        """Whether the drives may be on: they are being switched, or recent feedback does not say
+        that they are off."""
+        return self.busy or self.lost or self.feedback is None or not self._drives_off()
 
     @property
     def silence(self) -> str:

@@ -110,6 +110,23 @@ def test_arm_has_power_only_while_it_is_armed() -> None:
 
 
 @pytest.mark.parametrize("firmware", ["v3", "v4"])
+@pytest.mark.parametrize("later", range(3))
+def test_power_goes_that_the_arm_has_got_but_not_yet_reported(firmware: str, later: int) -> None:
+    world = ArmWorld(firmware, automatic=False)
+    world.run(0.5)
+    assert world.command("arm") == ""
+    while not world.emulator.controller.enabled:
+        world.step()
+        assert world.cell.arms.powered, "an orderly end would not wait"
+    for _ in range(later):
+        world.step()
+    assert world.command("disarm") == ""
+    world.run(0.5)
+    assert world.mode == "disarmed"
+    assert not world.emulator.controller.enabled
+
+
+@pytest.mark.parametrize("firmware", ["v3", "v4"])
 def test_power_goes_when_the_arm_rests_and_not_already_when_its_command_does(firmware: str) -> None:
     world = ArmWorld(firmware, automatic=False)
     world.run(0.5)

@@ -18,6 +18,7 @@ from lariat.kernel_cache.source import KernelSource
 from lariat.paper.xpbd.launch import kernel_launch as xpbd
 from lariat.perception.centerline import chain_fit
 from lariat.rod.launch import machine_code as rod
+from lariat.safety.motion import motion_kernels as gateway_motion
 from lariat.simulation.camera import camera_kernels
 
 SOURCES = (
@@ -27,6 +28,7 @@ SOURCES = (
     chain_fit.KERNEL,
     *camera_kernels.SOURCES,
     *path_kernel.SOURCES,
+    *gateway_motion.SOURCES,
     *controller_motion.SOURCES.values(),
 )
 """All kernels."""

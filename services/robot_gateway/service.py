@@ -221,6 +221,7 @@ def build(
     driven = [k for k, driver in enumerate(drivers) if driver.moves]
     joints = [drivers[k].joint_constraints for k in driven]
     follower = SetpointFollower(limits, boundaries_of(scenario), starts, driven, joints)
+    follower.compile()
     follower.constraints.replace_obstacles(scenario.bodies)
     ends = [scenario.end(side) for side in SIDES]
     arm_automatically = not any(driver.reaches_hardware for driver in drivers) and all(

@@ -5,8 +5,10 @@ It computes the commanded poses; `safety` decides whether the arms may move.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
@@ -16,7 +18,7 @@ from lariat.safety.constraints.joints import JointConstraints
 from lariat.safety.constraints.motion_constraints import CellBoundaries, MotionConstraints
 from lariat.safety.constraints.path_check import PathCheck
 from lariat.safety.constraints.rule import Rule
-from lariat.safety.motion import validation
+from lariat.safety.motion import motion_kernels, validation
 from lariat.safety.motion.chunk_check import check_rules
 from lariat.safety.motion.reference_tracking import Braking, NextCommand, ReferenceTracker
 from lariat.safety.motion.validation import ChunkTolerances
@@ -75,9 +77,19 @@ class SetpointFollower:
         self.limits = limits
         self.tracker = ReferenceTracker(self.limits)
         self.paths = PathCheck(boundaries, self.driven, joint_constraints)
+        self._spline: Callable[[SetpointChunk, int], Spline] = Spline
+        self._blend: Callable[[Any, MotionState, int, float], Blend] = Blend
         self.stops = 0
         """Number of times that the command was halted or placed: what arrived before is void."""
         self.place(starts)
+
+    def compile(self) -> None:
+        """Follow and check by compiled code from now on."""
+        if count := len(self.driven):
+            kernel = motion_kernels.ReferenceKernel(count)
+            self._spline = partial(motion_kernels.CompiledSpline, kernel)
+            self._blend = motion_kernels.CompiledBlend
+            self.tracker = motion_kernels.CompiledTracker(self.tracker, count)
 
     @property
     def constraints(self) -> MotionConstraints:
@@ -154,7 +166,7 @@ class SetpointFollower:
             ChunkRefused: The chunk breaks a rule, which the exception names.
         """
         self.check_receipt(chunk, now, offset)
-        spline = Spline(chunk, chunk.start + offset)
+        spline = self._spline(chunk, chunk.start + offset)
         check_rules(chunk, spline, now, self.state, self.paths, self.limits, self.tolerances)
         validation.check_step(spline, self._time or now, self.state, self.tolerances)
         return spline
@@ -171,7 +183,7 @@ class SetpointFollower:
         durations = np.maximum(np.sqrt(11.5 * gap / limit), 4.0 * slip / limit)
         least, most = self.settings.blend_time
         duration = min(max(float(durations.max(initial=0.0)), least), most)
-        self._reference = Blend(spline, self.state, now, duration)
+        self._reference = self._blend(spline, self.state, now, duration)
 
     def halt(self) -> None:
         """Begin the stop that has been checked."""

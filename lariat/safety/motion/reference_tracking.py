@@ -146,10 +146,15 @@ class ReferenceTracker:
         path = np.concatenate([positions, orientations], axis=-1)
         return NextCommand(command, stop, path, self.too_fast(command))
 
+    @property
+    def too_fast_bounds(self) -> Bounds:
+        """Speeds above which a command is too fast [m/s, rad/s]."""
+        return self.limits.speed_bounds * (1.0 + self.settings.speed_tolerance)
+
     def too_fast(self, state: MotionState) -> bool:
         """Return whether the speed exceeds its limit, or will before a stop takes effect."""
         peak = peak_twists(state.twists, state.accelerations, self.limits)
-        allowed = self.limits.speed_bounds * (1.0 + self.settings.speed_tolerance)
+        allowed = self.too_fast_bounds
         return bool(np.any(norms(peak) > allowed) or np.any(norms(state.twists) > allowed))
 
     def stop(self, state: MotionState) -> Stop:

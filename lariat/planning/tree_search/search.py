@@ -41,8 +41,6 @@ class TreePath:
     """Places of both grips from the start to the goal, or to the nearest shape that was reached."""
     step_lengths: Float64[np.ndarray, "w-1"]
     """Motion of the grips from place to place, rotation included [m]."""
-    iterations: int
-    """Number of iterations that were needed."""
 
 
 class TreeSearch:
@@ -94,18 +92,15 @@ class TreeSearch:
     def run(self, iterations: int) -> TreePath:
         """Return the path found, or a path to the nearest shape that was reached.
 
-        A search that has not reached the goal goes on where it was.
+        Called again, the search goes on where it was, also beyond a path that it has found.
 
         Args:
             iterations: Number of iterations in all after which it gives up.
         """
-        path = None if self._iteration else self._connect(0, np.array([0]))
-        while path is None and self._iteration < iterations:
-            side = self._iteration % 2
+        path = None
+        while path is None and self._iteration <= iterations:
+            path = self._connected(self._iteration)
             self._iteration += 1
-            for grow in (self._thread, self._grow):
-                new = grow(side)
-                path = self._connect(side, new) if path is None and len(new) else path
         if path is not None:
             return self._path(True, self._shortened(path))
         near, tree = self._problem.goal.nodes, self._trees[0]
@@ -115,9 +110,20 @@ class TreeSearch:
         grips = tree.grips[branch] if len(branch) > 1 else tree.grips[[0, 0]]
         return self._path(False, grips)
 
+    def _connected(self, iteration: int) -> Grips | None:
+        """Grow one tree, at first only between the roots; return the path where both trees meet."""
+        if iteration == 0:
+            return self._connect(0, np.array([0]))
+        side = (iteration - 1) % 2
+        for grow in (self._thread, self._grow):
+            new = grow(side)
+            if len(new) and (path := self._connect(side, new)) is not None:
+                return path
+        return None
+
     def _path(self, reaches_goal: bool, grips: Grips) -> TreePath:
         lengths = self._motion.length(grips[:-1], grips[1:])
-        return TreePath(reaches_goal, grips, lengths, self._iteration)
+        return TreePath(reaches_goal, grips, lengths)
 
     def _state(
         self, nodes: Float64[np.ndarray, "n 3"], grips: tuple[Pose, Pose], turns: int

@@ -129,9 +129,13 @@ class UrArm:
             self._thread.start()
         self._change(target=None if target is None else np.array(target), at=_now())
         with self._lock:
-            if self._reading.connected and _now() - self._read_at > STALE_TIME:
-                return replace(self._reading, connected=False, ready=False)
-            return self._reading
+            # Power that was asked for comes later than the next reading.
+            reading = replace(
+                self._reading, powered=self._reading.powered or bool(self._wish.power)
+            )
+            if reading.connected and _now() - self._read_at > STALE_TIME:
+                return replace(reading, connected=False, ready=False)
+            return reading
 
     def _change(self, **changes: Any) -> None:
         with self._lock:
@@ -190,7 +194,7 @@ class _Session:
         mode = self._receive.getRobotMode()
         if wish.power is False:
             self._stop()
-            if mode in POWERED_MODES:
+            if mode in POWERED_MODES or self._power_asked is not None:
                 self._board.powerOff()
             self._power_asked = None
             return

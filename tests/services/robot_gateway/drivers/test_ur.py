@@ -23,6 +23,7 @@ class Robot:
     def __init__(self) -> None:
         self.mode, self.safety, self.online = 3, 1, True
         self.joints = np.array([0.1, -1.0, 1.2, 0.0, 0.3, 0.0])
+        self.power_takes_long = False
         self.calls: list[tuple[Any, ...]] = []
 
     @property
@@ -45,7 +46,7 @@ class Robot:
             return True
 
         def put_mode(mode: int) -> Callable[[], None]:
-            return lambda: setattr(self, "mode", mode)
+            return lambda: None if self.power_takes_long else setattr(self, "mode", mode)
 
         def board(host: str) -> Any:
             return SimpleNamespace(
@@ -165,6 +166,17 @@ def test_disabling_takes_the_power(arm: UrArm, robot: Robot):
     reading = step_until(arm, lambda r: not r.powered)
     assert not reading.ready
     assert robot.called("powerOff")
+
+
+def test_disabling_takes_power_that_the_robot_has_not_yet_reported(arm: UrArm, robot: Robot):
+    step_until(arm, lambda r: r.joints is not None)
+    robot.power_takes_long = True
+    arm.enable()
+    assert arm.step(0.0, None).powered, "an orderly end would not wait"
+    step_until(arm, lambda r: robot.called("powerOn"))
+    assert robot.mode == 3
+    arm.disable()
+    step_until(arm, lambda r: robot.called("powerOff"))
 
 
 def test_a_robot_that_does_not_answer_is_not_connected(robot: Robot):

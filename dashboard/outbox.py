@@ -155,9 +155,13 @@ class Outbox:
             message.node, message.pull[:] = pull
         return self._add(topics.TASK_GOAL_DRAFT, message, "")
 
-    def _add(self, topic: Topic, message: Any, label: str) -> str:
+    def new_id(self) -> str:
+        """Return the id of another request."""
         self._count += 1
-        message.id = f"{self._session}-{self._count}"
+        return f"{self._session}-{self._count}"
+
+    def _add(self, topic: Topic, message: Any, label: str) -> str:
+        message.id = self.new_id()
         self._unsent.append((topic, message, label))
         return message.id
 

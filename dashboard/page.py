@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+import numpy as np
 import viser
 
 from dashboard import icons
@@ -34,6 +35,7 @@ from dashboard.scene.scene_view import INITIALLY_HIDDEN, LAYERS, SceneView
 from dashboard.subscriptions import HEALTHS, STALE_AGE, latest_with_age, unheard
 from dashboard.uploads import Uploads
 from dashboard.web.site import notify
+from lariat.geometry.cable_routes import held_clips
 from lariat.geometry.obstacle_motion import obstacles_at
 from lariat.scenario import Scenario
 from lariat.trajectory import NANOSECONDS, SECOND
@@ -46,6 +48,7 @@ from shared.messages import (
     Scene,
     SceneMotion,
     TaskState,
+    chain,
     obstacle_motions,
     scene_obstacles,
 )
@@ -169,6 +172,7 @@ class Page:
         self._obstacles = scenario.bodies
         self._motion = SceneMotion()
         self._obstacle_editor.update(scenario.bodies)
+        self._goal_editor.take_scene(scenario.bodies)
 
     def _add_layers(self, gui: viser.GuiApi) -> None:
         for label, layer in LAYERS.items():
@@ -289,10 +293,16 @@ class Page:
         rope, _ = latest_with_age(inbox, topics.ROPE_NODES, now)
         preview, _ = latest_with_age(inbox, topics.TASK_GOAL_PREVIEW, now)
         missing = unheard(inbox) if self._live else ()
-        headline = status_text.headline(task, task_age, arms, rope, missing, self._simulated)
+        route = task.goal.route if task is not None else ()
+        nodes = chain(rope.positions) if rope is not None and not rope.lost else np.zeros((0, 3))
+        held = held_clips(route, self._obstacles, nodes) if route and len(nodes) else []
+        laid = status_text.laid(task, held, self._scenario.limits.tension) if route else ""
+        headline = status_text.headline(task, task_age, arms, rope, missing, self._simulated, laid)
         self._arm_controls.update(arms, arms_age)
         self._run_controls.update(headline, task, arms, now)
         self._goal_editor.update(task, preview, now)
+        self._goal_editor.route.mark(held)
+        self._scene.mark_stops(self._goal_editor.route.route, held)
         editing = self._goal_editor.editing
         self._goal_shortcuts.update(task, rope, arms, editing)
         if self._saved_goals_folder.visible == editing:
@@ -355,6 +365,8 @@ class Page:
         except ValueError as error:
             self.notify(Notification("The scene cannot be drawn", str(error)))
             return
+        if obstacles != self._obstacles:
+            self._goal_editor.take_scene(obstacles)
         self._obstacles = obstacles
         self._show_obstacles()
         self._obstacle_editor.update(obstacles)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from lariat.configuration import ConfigurationError
 from lariat.control.control_loop import ControlLoop
 from lariat.control.estimation.rope_observation import RopeObservation
@@ -42,11 +44,10 @@ from lariat.controllers import (
 )
 from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.geometry.obstacles import Obstacle
-from lariat.rod import Rod
+from lariat.rod.strains import tensions
 from lariat.safety.motion_contract import SETPOINT_PERIOD
 from lariat.scenario import Goal, Scenario
 from lariat.scenario.extensions import ExtensionFault
-from lariat.scenario.rod_properties import rod_properties
 from lariat.trajectory import MotionState, SetpointChunk
 
 
@@ -65,9 +66,8 @@ class RopeController:
         """
         check(scenario)
         self._scenario, self._control = scenario, scenario.control
-        rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
-        start = scenario.grips(scenario.start)
-        self._goals = GoalFactory(scenario, rod, start)
+        self._goals = GoalFactory.of_scenario(scenario)
+        rod, start = self._goals.rod, self._goals.start
         self.task = Task(
             self._goals.from_shape(scenario.goal),
             settings=live_settings.texts(scenario.control, live_keys(scenario.control)),
@@ -125,6 +125,15 @@ class RopeController:
         """Reason why no run can begin, whatever is requested."""
         problem = self.rope.problem
         return Reason(ReasonCode.WAITING_FOR_GRIPS, {"problem": problem}) if problem else None
+
+    @property
+    def tension(self) -> float:
+        """Largest tension of the model's rope [N]; 0 where `limits.tension` bounds none."""
+        if self._scenario.limits.tension is None:
+            return 0.0
+        estimator = self.rope.estimator
+        nodes = estimator.state.positions
+        return max(0.0, float(np.max(tensions(nodes, estimator.rod.properties))))
 
     def warm_up(self) -> None:
         """Compile all kernels by controlling a rope at its goal.

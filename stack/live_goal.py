@@ -39,13 +39,9 @@ def _goal_of_part(scenario: Scenario, shape: Shape) -> Goal:
     # Imported late: the rod starts a compiler, which other goals do not need.
     from lariat.control.run.goals import GoalFactory
     from lariat.control.run.task import RequestRefused
-    from lariat.rod import Rod
-    from lariat.scenario.rod_properties import rod_properties
 
-    rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
-    goals = GoalFactory(scenario, rod, scenario.grips(scenario.start))
     try:
-        return goals.from_shape(shape)
+        return GoalFactory.of_scenario(scenario).from_shape(shape)
     except RequestRefused as error:
         raise RequestFailed(f"refused: {error}") from error
 

@@ -10,6 +10,7 @@ from dashboard import palette
 from dashboard.markup import escaped
 from dashboard.palette import Color
 from dashboard.subscriptions import STALE_AGE
+from lariat.geometry.cable_routes import clip_names
 from shared import messages
 from shared.arm_rest import stands
 from shared.messages import ArmState, ArmStates, NodeChain, TaskState
@@ -56,6 +57,7 @@ def headline(
     rope: NodeChain | None = None,
     unheard: Sequence[str] = (),
     simulated: bool = False,
+    laid: str = "",
 ) -> StatusLine:
     """State of the whole cell in one line.
 
@@ -66,6 +68,7 @@ def headline(
         rope: Newest perceived rope.
         unheard: Services of the loop that have never been heard of.
         simulated: Whether no arm of the cell is real.
+        laid: What is laid of a cable, and its tension.
     """
     if task is None:
         names = ", ".join(name.replace("_", " ") for name in unheard)
@@ -86,6 +89,8 @@ def headline(
     )
     obstruction = _arms_obstruction(arms, simulated)
     detail = obstruction or task.reason
+    if laid and is_seen:
+        detail = f"{laid}; {detail}" if detail else laid
     match task.state:
         case messages.RUNNING:
             text = "Held" if obstruction else "Running"
@@ -104,6 +109,18 @@ def headline(
             color = palette.WARNING if obstruction else palette.QUIET
             return StatusLine(text, color, detail)
     return StatusLine(f"Unknown run state {task.state}", palette.BAD)
+
+
+def laid(task: TaskState, held: Sequence[str], limit: float | None) -> str:
+    """How many clips of the goal's route hold the cable, and how much it is pulled.
+
+    Args:
+        task: Newest state of the controller.
+        held: Clips that hold the cable.
+        limit: Largest tension of the cable [N]; None where none is too large.
+    """
+    text = f"{len(held)} of {len(clip_names(task.goal.route))} clips laid"
+    return text if limit is None else f"{text}, tension {task.tension:.2f} of {limit:g} N"
 
 
 def _arms_obstruction(arms: ArmStates | None, simulated: bool) -> str:

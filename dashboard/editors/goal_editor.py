@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -14,11 +15,14 @@ from dashboard.controls.status_text import StatusLine
 from dashboard.editors.counted_stretch import CountedStretch
 from dashboard.editors.grip_angles import grip_angles, grip_orientation
 from dashboard.editors.pull_handle import ARRIVED, PullHandle
+from dashboard.editors.route_editor import RouteEditor
+from dashboard.editors.route_preview import RoutePreview
 from dashboard.outbox import Outbox
 from dashboard.scene.scene_view import SceneView
 from dashboard.uploads import Uploads
+from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from lariat.scenario import SIDES, Goal, Scenario, Side
+from lariat.scenario import SIDES, Goal, Scenario, Shape, Side
 from lariat.scenario.goal_table import read_goal
 from lariat.trajectory import SECOND
 from shared.messages import (
@@ -44,7 +48,8 @@ class GoalEditor:
 
     Every change sends a draft to the controller, which answers with a preview: the rod at rest
     between the grips. A node that is pulled moves the grips. "Set goal" requests the previewed
-    shape, or what of it counts; without a change there is nothing to set.
+    shape, or what of it counts; without a change there is nothing to set. A draft with a route is
+    laid in a process of the page; the headings of its ends follow the route.
     """
 
     def __init__(
@@ -74,6 +79,7 @@ class GoalEditor:
         self.editing = False
         """Whether a person edits a goal."""
         self._goal_revision = -1
+        self._obstacles: Sequence[Obstacle] = scenario.bodies
         self._touched = False
         """Whether a person has changed the goal since the editor was opened."""
         self._changed = False
@@ -108,6 +114,9 @@ class GoalEditor:
         self._turns_fields = [self._add_turns_field(gui, actions)] if rotating else []
         self._handle = PullHandle(server, scenario, actions, self._take_pull)
         self._stretch = CountedStretch(gui, scenario.rope, actions, self._take_stretch)
+        self._laying = RoutePreview(scenario)
+        self.route = RouteEditor(gui, actions, self._take_route)
+        """Route of the goal."""
         self._upload = gui.add_upload_button(
             "Load shape (CSV)",
             icon=viser.Icon.UPLOAD,
@@ -234,6 +243,18 @@ class GoalEditor:
         if preview is not None:
             self._show_preview(preview)
 
+    def _take_route(self) -> None:
+        if self.editing:
+            self._touch()
+            self._show_fields()
+
+    def take_scene(self, obstacles: Sequence[Obstacle]) -> None:
+        """Take the obstacles of the scene; a cable is laid anew where they have changed."""
+        self._obstacles = obstacles
+        self.route.take_scene(obstacles)
+        if self.editing and self.route.route:
+            self._touch()
+
     def _touch(self) -> None:
         self._touched = self._changed = True
         self._set.disabled = True
@@ -280,14 +301,14 @@ class GoalEditor:
         self._edit.color = palette.NEUTRAL if editing else palette.BRAND
         self._upload.visible = not editing
         self._set.disabled = True
-        fields = (*self._fields.values(), *self._angle_fields.values(), *self._turns_fields)
-        for handle in (*self._gizmos.values(), *fields, self._set, self._status):
+        for handle in (*self._gizmos.values(), *self._fields.values(), self._set, self._status):
             handle.visible = editing
-        self._handle.show(editing and self._stretch.has_shape)
-        self._stretch.show(editing)
+        self.route.show(editing)
+        self._show_fields()
         if editing:
             self._show_status(StatusLine(self._stretch.invitation, palette.QUIET))
-            self._touched, self._changed = False, True
+            # Clips may have been moved since the cable was laid.
+            self._touched, self._changed = bool(self.route.route), True
             for side in SIDES:
                 self._show_grip(side, with_gizmo=True)
             for field in self._turns_fields:
@@ -295,11 +316,21 @@ class GoalEditor:
         else:
             self._goal_revision = -1
 
+    def _show_fields(self) -> None:
+        """Show what else there is to edit: nothing of a cable that is laid along a route."""
+        whole = self.editing and not self.route.route
+        for field in (*self._angle_fields.values(), *self._turns_fields):
+            field.visible = whole
+        self._handle.show(whole and self._stretch.has_shape)
+        self._stretch.show(whole)
+
     def _request_goal(self) -> None:
         # A browser that does not know yet that the goal has changed still offers the last one.
         if self._preview is None or self._set.disabled:
             return
-        goal = self._stretch.applied(goal_of(self._preview.goal))
+        goal = goal_of(self._preview.goal)
+        if not goal.route:
+            goal = self._stretch.applied(goal)
         self._outbox.request_task(TaskRequest.SET_GOAL, "Set goal", goal=goal, move=True)
         self._set_editing(False)
 
@@ -326,9 +357,31 @@ class GoalEditor:
             grips = self._grips["left"], self._grips["right"]
             pull = self._handle.pull
             self._pull_number *= pull is not None
-            self._draft_id = self._outbox.draft_goal(*grips, self._turns, pull)
+            if self.route.route:
+                self._draft_id = self._outbox.new_id()
+                line = tuple(tuple(grip.position.tolist()) for grip in grips)
+                shape = Shape(line=line, route=self.route.route)  # pyright: ignore[reportArgumentType]
+                self._laying.request(self._draft_id, shape, self._obstacles)
+            else:
+                self._draft_id = self._outbox.draft_goal(*grips, self._turns, pull)
+        if self.route.route:
+            preview = self._take_laying()
         if preview is not None and preview is not self._preview:
             self._take_preview(preview)
+
+    def _take_laying(self) -> GoalPreview | None:
+        """Say what is done to lay a cable; return the preview when there is one."""
+        try:
+            news = self._laying.news()
+        except (EOFError, OSError):
+            news = GoalPreview(
+                draft=self._draft_id, reason="its process has ended; change the draft"
+            )
+        if isinstance(news, GoalPreview):
+            return news
+        if news is not None:
+            self._show_status(StatusLine("Laying the cable …", palette.BUSY, news))
+        return None
 
     def _take_goal(self, goal: Goal, revision: int) -> None:
         self._goal_revision = revision
@@ -337,6 +390,7 @@ class GoalEditor:
             self._grips = {"left": goal.left, "right": goal.right}
             self._turns = goal.turns
             self._stretch.take_goal(goal)
+            self.route.take_route(goal.route)
 
     def _take_preview(self, preview: GoalPreview) -> None:
         # Drafts of other pages have ids of other sessions.
@@ -365,7 +419,10 @@ class GoalEditor:
     def _verdict(self, preview: GoalPreview) -> StatusLine:
         """Line about a preview."""
         if not preview.reachable:
-            return StatusLine("Not reachable", palette.BAD, preview.reason)
+            text = "Cannot be laid" if self.route.route else "Not reachable"
+            return StatusLine(text, palette.BAD, preview.reason)
+        if self.route.route:
+            return StatusLine("Can be laid", palette.GOOD, "All clips of the route hold the cable.")
         if problem := self._stretch.problem:
             return StatusLine("No goal", palette.BAD, problem)
         if not self._touched:

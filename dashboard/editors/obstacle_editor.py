@@ -13,6 +13,8 @@ from jaxtyping import Float64
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.outbox import Notification, Outbox
+from lariat.geometry import poses
+from lariat.geometry.cable_routes import ClipOpening, clip_openings, legs_of
 from lariat.geometry.obstacles import Obstacle
 from lariat.scenario import Scenario
 from lariat.shapes import SHAPES, SolidName
@@ -30,7 +32,9 @@ GIZMO_SCALE = 0.22
 """Size of the gizmo, relative to the rope's length [-]."""
 
 
-_Undo = tuple[SceneRequest.Action, Obstacle]
+_Position = tuple[float, float, float]
+_Orientation = tuple[float, float, float, float]
+_Undo = tuple[SceneRequest.Action, tuple[Obstacle, ...]]
 """Request that takes a change back."""
 
 
@@ -52,6 +56,8 @@ class ObstacleEditor:
         self._own = {o.name for o in scenario.bodies}
         """Obstacles of the scenario, which stay and keep their size."""
         self._obstacles: dict[str, Obstacle] = {}
+        self._clips: dict[str, ClipOpening] = {}
+        """Clips, whose legs are moved together."""
         self._selected = ""
         self._added = ""
         """Obstacle that this page has added, until the scene has it."""
@@ -143,33 +149,47 @@ class ObstacleEditor:
     def update(self, obstacles: Sequence[Obstacle]) -> None:
         """Take the obstacles of the scene; keep the selection, or select what was added."""
         self._obstacles = {o.name: o for o in obstacles if o.shape != "half_space"}
-        options = (NO_SELECTION, *self._obstacles)
+        self._clips = clip_openings(obstacles)
+        legs = {leg for clip in self._clips for leg in legs_of(clip)}
+        options = (NO_SELECTION, *(n for n in self._obstacles if n not in legs), *self._clips)
         if tuple(self._selection.options) != options:
             self._selection.options = options  # pyright: ignore[reportAttributeAccessIssue]
         if self._added in self._obstacles:
             self._selected, self._added = self._added, ""
-        self.select(self._selected if self._selected in self._obstacles else NO_SELECTION)
+        self.select(self._selected)
 
     def select(self, name: str) -> None:
-        """Select an obstacle by name; deselect if there is none of this name."""
+        """Select an obstacle or a clip, also by a leg of it; deselect where there is none."""
+        name = next((clip for clip in self._clips if name in legs_of(clip)), name)
         obstacle = self._obstacles.get(name)
-        self._selected = name if obstacle is not None else ""
+        self._selected = name if obstacle is not None or name in self._clips else ""
         self._selection.value = self._selected or NO_SELECTION  # pyright: ignore[reportAttributeAccessIssue]
-        for handle in (self._gizmo, self._centre_field, self._duplicate):
-            handle.visible = obstacle is not None
+        for handle in (self._gizmo, self._centre_field):
+            handle.visible = bool(self._selected)
+        self._duplicate.visible = obstacle is not None
         for handle in (self._size_field, self._remove):
             handle.visible = obstacle is not None and name not in self._own
+        if self._selected:
+            position, orientation = self._pose
+            self._gizmo.position, self._gizmo.wxyz = position, orientation
+            self._centre_field.value = tuple(np.round(1e3 * np.array(position), 1).tolist())
         if obstacle is not None:
-            self._gizmo.position, self._gizmo.wxyz = obstacle.position, obstacle.orientation
-            self._centre_field.value = tuple(
-                np.round(1e3 * np.array(obstacle.position), 1).tolist()
-            )
             self._size_field.value = tuple(np.round(1e3 * extents(obstacle), 1).tolist())
+
+    @property
+    def _pose(self) -> tuple[_Position, _Orientation]:
+        """Pose of the selected obstacle or clip."""
+        if (clip := self._clips.get(self._selected)) is None:
+            obstacle = self._obstacles[self._selected]
+            return obstacle.position, obstacle.orientation
+        heading = np.arctan2(clip.along[1], clip.along[0])
+        orientation = poses.exponential(np.array([0.0, 0.0, heading]))
+        return tuple(clip.foot.tolist()), tuple(orientation.tolist())
 
     def _take_drag(
         self,
-        position: tuple[float, float, float],
-        orientation: tuple[float, float, float, float],
+        position: _Position,
+        orientation: _Orientation,
         ended: bool,
     ) -> None:
         self._centre_field.value = tuple(np.round(1e3 * np.array(position), 1).tolist())
@@ -177,21 +197,32 @@ class ObstacleEditor:
             self._request_move(position, orientation)
 
     def _take_field(self, value: tuple[float, float, float]) -> None:
-        obstacle = self._obstacles.get(self._selected)
         position = tuple((np.array(value, float) / 1e3).tolist())
-        if obstacle is not None and np.all(np.isfinite(position)):
+        if self._selected and np.all(np.isfinite(position)):
             self._gizmo.position = position
-            self._request_move(position, obstacle.orientation)
+            self._request_move(position, self._pose[1])
 
     def _request_move(
         self,
-        position: tuple[float, float, float],
-        orientation: tuple[float, float, float, float],
+        position: _Position,
+        orientation: _Orientation,
     ) -> None:
-        obstacle = self._obstacles.get(self._selected)
-        if obstacle is not None:
-            moved = obstacle.moved(position, orientation)
-            self._request(SceneRequest.MOVE, moved, "Move", (SceneRequest.MOVE, obstacle))
+        if not (name := self._selected):
+            return
+        if name not in self._clips:
+            bodies = (self._obstacles[name],)
+            moved = (bodies[0].moved(position, orientation),)
+        else:
+            # A clip stays upright: it is turned about the vertical alone.
+            centre, former = (np.array(part) for part in self._pose)
+            forward = poses.rotate(np.array(orientation), np.array([1.0, 0.0, 0.0]))
+            yaw = np.array([0.0, 0.0, np.arctan2(forward[1], forward[0])])
+            turn = poses.multiply(poses.exponential(yaw), poses.conjugate(former))
+            bodies = tuple(self._obstacles[leg] for leg in legs_of(name))
+            offsets = (poses.rotate(turn, np.array(leg.position) - centre) for leg in bodies)
+            places = (tuple((np.array(position) + offset).tolist()) for offset in offsets)
+            moved = tuple(leg.moved(at) for leg, at in zip(bodies, places, strict=True))
+        self._request(SceneRequest.MOVE, moved, "Move", (SceneRequest.MOVE, bodies))
 
     def _take_size(self, value: tuple[float, float, float]) -> None:
         obstacle = self._obstacles.get(self._selected)
@@ -200,32 +231,34 @@ class ObstacleEditor:
             return
         shaped = new_obstacle(obstacle.shape, size, obstacle.position)
         resized = replace(obstacle, radius=shaped.radius, height=shaped.height, size=shaped.size)
-        self._request(SceneRequest.RESIZE, resized, "Resize", (SceneRequest.RESIZE, obstacle))
+        self._request(SceneRequest.RESIZE, (resized,), "Resize", (SceneRequest.RESIZE, (obstacle,)))
 
     def _request_removal(self) -> None:
         obstacle = self._obstacles.get(self._selected)
         if obstacle is not None:
-            self._request(SceneRequest.REMOVE, obstacle, "Remove", (SceneRequest.ADD, obstacle))
+            undo = SceneRequest.ADD, (obstacle,)
+            self._request(SceneRequest.REMOVE, (obstacle,), "Remove", undo)
 
     def _request_duplicate(self) -> None:
         obstacle = self._obstacles.get(self._selected)
         if obstacle is not None:
             copy = duplicate(obstacle, self._obstacles)
-            self._request(SceneRequest.ADD, copy, "Add", (SceneRequest.REMOVE, copy))
+            self._request(SceneRequest.ADD, (copy,), "Add", (SceneRequest.REMOVE, (copy,)))
 
     def _request(
-        self, action: SceneRequest.Action, obstacle: Obstacle, word: str, undo: _Undo
+        self, action: SceneRequest.Action, bodies: tuple[Obstacle, ...], word: str, undo: _Undo
     ) -> None:
-        self._outbox.request_scene(action, obstacle_message(obstacle), f"{word} {obstacle.name}")
-        self._added = obstacle.name if action == SceneRequest.ADD else ""
+        for body in bodies:
+            self._outbox.request_scene(action, obstacle_message(body), f"{word} {body.name}")
+        self._added = bodies[0].name if action == SceneRequest.ADD else ""
         self._past = [*self._past, undo][-MAX_UNDONE:]
         self._undo.visible = True
 
     def _request_undo(self) -> None:
         if self._past:
-            action, obstacle = self._past.pop()
-            message = obstacle_message(obstacle)
-            self._outbox.request_scene(action, message, f"Undo {obstacle.name}")
+            action, bodies = self._past.pop()
+            for body in bodies:
+                self._outbox.request_scene(action, obstacle_message(body), f"Undo {body.name}")
         self._undo.visible = bool(self._past)
 
     def _request_addition(self) -> None:
@@ -239,7 +272,7 @@ class ObstacleEditor:
         shape = self._new_shape.value
         obstacle = new_obstacle(shape, size, tuple(centre.tolist()), self._obstacles)
         obstacle = replace(obstacle, support=bool(self._new_support.value))
-        self._request(SceneRequest.ADD, obstacle, "Add", (SceneRequest.REMOVE, obstacle))
+        self._request(SceneRequest.ADD, (obstacle,), "Add", (SceneRequest.REMOVE, (obstacle,)))
 
 
 def duplicate(obstacle: Obstacle, names: Collection[str]) -> Obstacle:

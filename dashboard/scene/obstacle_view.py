@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import viser
 from dashboard import palette
 from dashboard.scene import meshes
 from lariat.geometry import poses
+from lariat.geometry.cable_routes import clip_openings, legs_of, peg_of
 from lariat.geometry.obstacles import Obstacle
 
 HALF_SPACE_SIDE = 1.6
@@ -28,10 +29,15 @@ class ObstacleView:
         self._on_click = on_click
         self._drawn: dict[str, tuple[Obstacle, list[viser.SceneNodeHandle]]] = {}
         self._names_visible = True
+        self._clips: dict[str, str] = {}
+        """Names of clips by those of their legs."""
+        self._marks: tuple[Sequence[str], Collection[str]] = (), ()
+        """Route, and clips that hold the cable."""
 
     def show(self, obstacles: Sequence[Obstacle]) -> None:
         """Draw these obstacles and remove all others."""
         names = {o.name for o in obstacles}
+        self._clips = {leg: clip for clip in clip_openings(obstacles) for leg in legs_of(clip)}
         for name in [n for n in self._drawn if n not in names]:
             self._erase(name)
         for obstacle in obstacles:
@@ -42,6 +48,23 @@ class ObstacleView:
             elif drawn is None or drawn[0] != obstacle:
                 self._erase(obstacle.name)
                 self._drawn[obstacle.name] = (obstacle, self._draw(obstacle))
+        self.mark(*self._marks)
+
+    def mark(self, route: Sequence[str], held: Collection[str]) -> None:
+        """Number what a route names, and mark the clips that hold the cable."""
+        self._marks = route, held
+        numbers = {peg_of(entry)[0]: f"{k} " for k, entry in enumerate(route, 1)}
+        for name, (obstacle, handles) in self._drawn.items():
+            clip = self._clips.get(name, name)
+            text = f"{numbers.get(clip, '')}{clip}{' ✓' * (clip in held)}"
+            # A clip has the label of its left leg.
+            text *= name not in self._clips or name == legs_of(clip)[0]
+            color = palette.GOOD if clip in held else _color(obstacle)
+            for handle in handles:
+                if isinstance(handle, viser.LabelHandle) and handle.text != text:
+                    handle.text = text
+                elif isinstance(handle, viser.MeshHandle) and tuple(handle.color) != color:
+                    handle.color = color
 
     def show_names(self, visible: bool) -> None:
         """Show or hide the names."""
@@ -72,14 +95,12 @@ class ObstacleView:
         path = f"/obstacles/{obstacle.name}"
         if obstacle.shape == "half_space":
             return [self._draw_half_space(path, obstacle)]
-        color = palette.SUPPORT if obstacle.support else palette.OBSTACLE
         place: dict[str, Any] = {"position": obstacle.position, "wxyz": obstacle.orientation}
         if obstacle.keep_in:
             # Seen through, so that it hides nothing of the scene.
-            color = palette.REGION
             place |= {"wireframe": True, "cast_shadow": False}
         mesh = meshes.of_shape(obstacle.shape, *obstacle.packed_sizes)
-        body = self._scene.add_mesh_simple(path, *mesh, color=color, **place)
+        body = self._scene.add_mesh_simple(path, *mesh, color=_color(obstacle), **place)
         name = obstacle.name
         if not obstacle.keep_in:
             body.on_click(lambda _: self._on_click(name))
@@ -111,3 +132,9 @@ class ObstacleView:
             position=obstacle.position,
             wxyz=poses.rotation_between(np.array([0.0, 0.0, 1.0]), normal),
         )
+
+
+def _color(obstacle: Obstacle) -> palette.Color:
+    if obstacle.keep_in:
+        return palette.REGION
+    return palette.SUPPORT if obstacle.support else palette.OBSTACLE

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 import viser
@@ -163,6 +163,10 @@ class SceneView:
     def show_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Draw the obstacles of the scene, and the scenario's regions."""
         self._obstacles.show((*obstacles, *self._regions))
+
+    def mark_stops(self, route: Sequence[str], held: Collection[str]) -> None:
+        """Number the clips and pegs of a route, and mark those that hold the cable."""
+        self._obstacles.mark(route, held)
 
     def show_plan(self, message: Plan) -> None:
         """Draw the predicted ropes of the horizon."""

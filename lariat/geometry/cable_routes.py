@@ -68,6 +68,21 @@ class ClipOpening:
         left, up = self.crossings(nodes).T
         return bool(np.any((np.abs(left) < self.half_width) & (up > 0.0) & (up < self.height)))
 
+    def miss(self, nodes: Float64[np.ndarray, "n 3"]) -> str:
+        """Return in words how a cable misses the opening.
+
+        Args:
+            nodes: Nodes of its centreline [m].
+        """
+        crossings = self.crossings(nodes)
+        if not len(crossings):
+            return "ends before it"
+        left, up = min(crossings, key=lambda at: abs(at[0]))
+        if abs(left) < self.half_width:
+            return f"lies {1e3 * (up - self.height):.1f} mm above its tips"
+        side = "left" if left > 0.0 else "right"
+        return f"passes {1e3 * abs(left):.1f} mm to the {side} of its middle"
+
 
 @dataclass(frozen=True)
 class RouteStop:
@@ -113,6 +128,11 @@ def peg_of(entry: str) -> tuple[str, float]:
     return entry, 0.0
 
 
+def legs_of(clip: str) -> tuple[str, str]:
+    """Return the names of the left and the right leg of a clip."""
+    return clip + LEGS[0], clip + LEGS[1]
+
+
 def clip_names(route: Sequence[str]) -> list[str]:
     """Return the clips of a route."""
     return [entry for entry in route if not peg_of(entry)[1]]
@@ -151,7 +171,8 @@ def stops_of(
         radius: Radius of the cable [m].
 
     Raises:
-        ValueError: The route names something that is not there, or no clip.
+        ValueError: The route names something that is not there, or no clip, or passes a clip
+            against its heading.
     """
     openings, bodies = clip_openings(obstacles), {o.name: o for o in obstacles}
     for entry in route:
@@ -170,6 +191,13 @@ def stops_of(
     if not clips:
         raise ValueError("the route has no clip; give at least one, where laying begins")
     centres = np.array([ends[0], *(_centre(entry, openings, bodies) for entry in route), ends[1]])
+    ways = np.diff(centres, axis=0)
+    for k, entry in enumerate(route):
+        if entry in openings and np.min(ways[k : k + 2] @ openings[entry].along) < 0.0:
+            raise ValueError(
+                f"the route passes clip {entry!r} against its heading; move it in the order, or "
+                "turn the clip"
+            )
     stops = list(_stops(route, openings, bodies, centres, clips[0].foot[2] + radius, radius))
     while np.max(bends := _bends(stops, ends)) > 0.0:
         del stops[int(np.argmax(bends))]

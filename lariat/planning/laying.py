@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lariat.geometry.cable_routes import clip_names, held_clips, stops_of
+from lariat.geometry.cable_routes import clip_names, clip_openings, held_clips, stops_of
 from lariat.geometry.poses import Pose
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.shorter_path import stay
@@ -71,7 +71,10 @@ def plan_laying(problem: Problem, approach: Callable[[Problem], WholePath]) -> W
     )
     held = held_clips(goal.route, bodies, path.nodes[-1])
     lost = [name for name in clip_names(goal.route) if name not in held]
-    reason = f"the rope does not come to lie in clip {lost[0]!r}" if lost else path.reason
+    reason = path.reason
+    if lost:
+        miss = clip_openings(bodies)[lost[0]].miss(path.nodes[-1])
+        reason = f"the rope does not come to lie in clip {lost[0]!r}: it {miss}"
     if not reason:
         return path
     return replace(path, reached=False, reason=f"blocked: while it is laid, {reason}")

@@ -144,11 +144,8 @@ def resolution_errors(scenario: Scenario) -> dict[str, float]:
 
 def _goals(scenario: Scenario) -> GoalFactory:
     from lariat.control.run.goals import GoalFactory
-    from lariat.rod import Rod
-    from lariat.scenario.rod_properties import rod_properties
 
-    rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
-    return GoalFactory(scenario, rod, scenario.grips(scenario.start))
+    return GoalFactory.of_scenario(scenario)
 
 
 def _at_rest(scenario: Scenario, key: str, shape: Shape) -> Float64[np.ndarray, "n 3"]:

@@ -6,7 +6,7 @@ yield curvature, too, which are seldom known.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -59,6 +59,7 @@ def laying(
     grips: tuple[Pose, Pose],
     rotates: tuple[bool, bool],
     obstacles: Sequence[Obstacle],
+    report: Callable[[str], None] = lambda _: None,
 ) -> tuple[RodState, Waypoints]:
     """Return a rod that hangs over a route, and the waypoints of its grips that lay it from there.
 
@@ -71,14 +72,20 @@ def laying(
         grips: Poses of the ends at the goal.
         rotates: Whether each end rotates.
         obstacles: Obstacles, of which the supports count.
+        report: Takes in words what is done at present.
 
     Raises:
         ValueError: The rod is too short for the route.
     """
     clips = [stop.clip for stop in stops if stop.clip]
     best, most = None, (False, 0)
-    for settings in TRIED_SETTINGS:
-        tried = _aimed(rod, stops, grips, rotates, obstacles, settings)
+    for k, settings in enumerate(TRIED_SETTINGS):
+
+        def report_way(text: str, way: str = f"way {k + 1} of {len(TRIED_SETTINGS)}") -> None:
+            report(f"{way}: {text}")
+
+        tried = _aimed(rod, stops, grips, rotates, obstacles, settings, report_way)
+        report_way("with other friction and another bending radius")
         holds = [
             all(clip.holds(laid(each, *tried, supports).final.positions) for clip in clips)
             for each, supports in _possible(rod, obstacles)
@@ -110,6 +117,7 @@ def _aimed(
     rotates: tuple[bool, bool],
     obstacles: Sequence[Obstacle],
     settings: LayingSettings,
+    report: Callable[[str], None],
 ) -> tuple[RodState, Waypoints]:
     """Rod and waypoints for some settings.
 
@@ -125,6 +133,7 @@ def _aimed(
     aims = np.zeros((len(stops), 3))
     state, waypoints = _from_above(rod, stops, places, grips, rotates, aims, settings)
     for done, (k, clip) in enumerate(outward):
+        report(f"into clip {clip.name!r}")
         legs = {later.name + leg for _, later in outward[done:] for leg in LEGS}
         open_board = pack_supports([o for o in obstacles if o.name not in legs])
         for _ in range(MAX_CORRECTIONS):

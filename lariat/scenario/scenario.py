@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -239,23 +239,36 @@ class Scenario:
         except ValueError as error:
             raise ConfigurationError(str(error)) from error
 
-    def route_stops(self, shape: Shape) -> tuple[RouteStop, ...]:
+    def route_stops(
+        self, shape: Shape, obstacles: Sequence[geometry.Obstacle] | None = None
+    ) -> tuple[RouteStop, ...]:
         """Return the stops of the route of a shape.
+
+        Args:
+            shape: Shape with a route.
+            obstacles: Obstacles, with the legs of clips; by default `bodies`.
 
         Raises:
             ConfigurationError: The route names something that is not there.
         """
         radius = self.rope.diameter / 2.0
         try:
-            return stops_of(shape.route, self.bodies, np.array(shape.line), radius)
+            bodies = self.bodies if obstacles is None else obstacles
+            return stops_of(shape.route, bodies, np.array(shape.line), radius)
         except ValueError as error:
             raise ConfigurationError(str(error)) from error
 
-    def grips(self, shape: Shape) -> tuple[Pose, Pose]:
+    def grips(
+        self, shape: Shape, obstacles: Sequence[geometry.Obstacle] | None = None
+    ) -> tuple[Pose, Pose]:
         """Return the left and the right grip pose of a shape, z along the rope from left to right.
 
         A default orientation points along the rope, that of an end of a route level. The nodes of a
         part of the rope do not tell the grips: those of the start stand in their place.
+
+        Args:
+            shape: Shape.
+            obstacles: Obstacles along which a route leads; by default `bodies`.
 
         Raises:
             ConfigurationError: The CSV file is missing or invalid.
@@ -266,7 +279,7 @@ class Scenario:
             left, right = np.array(shape.line)
             first = last = poses.normalized(right - left)
             if shape.route:
-                stops, ends = self.route_stops(shape), np.array(shape.line)
+                stops, ends = self.route_stops(shape, obstacles), np.array(shape.line)
                 left, right = fitted_ends(stops, ends, self.rope.length)
                 first, last = tail_directions(stops, np.array([left, right]))
         else:

@@ -101,6 +101,7 @@ class StatusPublisher:
             error=progress.error,
             clearance=progress.take_clearance(),
             turns=self._estimator.turns,
+            tension=self._controller.tension,
             angle_error=progress.angle_error,
             clearance_margin=task.clearance_margin,
             pace=task.pace,

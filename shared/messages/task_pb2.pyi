@@ -51,7 +51,7 @@ class Goal(_message.Message):
     def __init__(self, positions: _Optional[_Iterable[float]] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ..., left_oriented: _Optional[bool] = ..., right_oriented: _Optional[bool] = ..., turns: _Optional[float] = ..., part: _Optional[_Iterable[float]] = ..., ends_only: _Optional[bool] = ..., route: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class TaskState(_message.Message):
-    __slots__ = ("stamp", "revision", "state", "reason", "goal", "goal_revision", "reset_count", "replan_count", "run", "run_started", "settings", "last_request", "refusal", "error", "clearance", "turns", "reason_code", "clearance_margin", "pace", "angle_error", "restore_count")
+    __slots__ = ("stamp", "revision", "state", "reason", "goal", "goal_revision", "reset_count", "replan_count", "run", "run_started", "settings", "last_request", "refusal", "error", "clearance", "turns", "reason_code", "clearance_margin", "pace", "angle_error", "tension", "restore_count")
     class Reason(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         UNSPECIFIED: _ClassVar[TaskState.Reason]
@@ -121,6 +121,7 @@ class TaskState(_message.Message):
     CLEARANCE_MARGIN_FIELD_NUMBER: _ClassVar[int]
     PACE_FIELD_NUMBER: _ClassVar[int]
     ANGLE_ERROR_FIELD_NUMBER: _ClassVar[int]
+    TENSION_FIELD_NUMBER: _ClassVar[int]
     RESTORE_COUNT_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     revision: int
@@ -142,8 +143,9 @@ class TaskState(_message.Message):
     clearance_margin: float
     pace: float
     angle_error: float
+    tension: float
     restore_count: int
-    def __init__(self, stamp: _Optional[int] = ..., revision: _Optional[int] = ..., state: _Optional[_Union[RunState, str]] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., goal_revision: _Optional[int] = ..., reset_count: _Optional[int] = ..., replan_count: _Optional[int] = ..., run: _Optional[str] = ..., run_started: _Optional[int] = ..., settings: _Optional[_Mapping[str, str]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ..., error: _Optional[float] = ..., clearance: _Optional[float] = ..., turns: _Optional[float] = ..., reason_code: _Optional[_Union[TaskState.Reason, str]] = ..., clearance_margin: _Optional[float] = ..., pace: _Optional[float] = ..., angle_error: _Optional[float] = ..., restore_count: _Optional[int] = ...) -> None: ...
+    def __init__(self, stamp: _Optional[int] = ..., revision: _Optional[int] = ..., state: _Optional[_Union[RunState, str]] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., goal_revision: _Optional[int] = ..., reset_count: _Optional[int] = ..., replan_count: _Optional[int] = ..., run: _Optional[str] = ..., run_started: _Optional[int] = ..., settings: _Optional[_Mapping[str, str]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ..., error: _Optional[float] = ..., clearance: _Optional[float] = ..., turns: _Optional[float] = ..., reason_code: _Optional[_Union[TaskState.Reason, str]] = ..., clearance_margin: _Optional[float] = ..., pace: _Optional[float] = ..., angle_error: _Optional[float] = ..., tension: _Optional[float] = ..., restore_count: _Optional[int] = ...) -> None: ...
 
 class TaskRequest(_message.Message):
     __slots__ = ("id", "stamp", "action", "goal", "key", "value", "move")

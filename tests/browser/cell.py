@@ -13,7 +13,7 @@ from playwright.sync_api import Page
 
 from dashboard.options import DashboardOptions
 from dashboard.service import build
-from lariat.scenario import load
+from lariat.scenario import Scenario, load
 from shared import topics
 from shared.messages import (
     ArmCommand,
@@ -25,6 +25,7 @@ from shared.messages import (
     GoalListRequest,
     GoalPreview,
     Message,
+    NodeChain,
     RunCurves,
     RunList,
     RunListRequest,
@@ -74,6 +75,8 @@ class Cell(threading.Thread):
         """Obstacles in the place of the scenario's."""
         self.video: RunVideo | None = None
         """Video that the recorder makes."""
+        self.lying: np.ndarray | None = None
+        """Nodes of a rope that lies still, in the place of the moving one [m]."""
         self.deaf = False
         """Whether commands to the arms are not answered."""
         self._arms: dict = {"mode": ArmStates.MOVING}
@@ -87,6 +90,9 @@ class Cell(threading.Thread):
             with self._news:
                 arms = self._stage.arms(self._stage.nodes(0.3), **self._arms)
                 self._stage.send(topics.ARM_STATE, arms)
+                if self.lying is not None:
+                    rope = NodeChain(stamp=self._stage.now, positions=self.lying.ravel())
+                    self._stage.send(topics.ROPE_NODES, rope)
                 if self.scene is not None:
                     self._stage.send(topics.SCENE_STATE, self.scene)
                 if self.runs is not None:
@@ -228,15 +234,16 @@ def preview(draft: GoalDraft) -> GoalPreview:
 
 
 @contextmanager
-def started_cell(*, dead: bool = False) -> Iterator[Cell]:
+def started_cell(*, dead: bool = False, scenario: Scenario = SCENARIO) -> Iterator[Cell]:
     """Start a cell with its page, and end it afterwards.
 
     Args:
         dead: Whether nothing is started yet.
+        scenario: Scenario of the cell.
     """
-    service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=free_port()))
+    service = build(scenario, "dashboard-ab", DashboardOptions(port=free_port()))
     service.warm_up()
-    cell = Cell(Stage(service, SCENARIO))
+    cell = Cell(Stage(service, scenario))
     cell.address = service.address
     cell.dead = dead
     cell.start()
@@ -249,13 +256,14 @@ def started_cell(*, dead: bool = False) -> Iterator[Cell]:
 
 @contextmanager
 def opened_cell(
-    *, dead: bool = False, size: tuple[int, int] = (1280, 800)
+    *, dead: bool = False, size: tuple[int, int] = (1280, 800), scenario: Scenario = SCENARIO
 ) -> Iterator[tuple[Cell, Page]]:
     """Open the page of a cell in a browser, and end both afterwards.
 
     Args:
         dead: As for `started_cell`.
         size: Width and height of the window [pixels].
+        scenario: Scenario of the cell.
     """
-    with started_cell(dead=dead) as cell, opened(cell.address, *size) as page:
+    with started_cell(dead=dead, scenario=scenario) as cell, opened(cell.address, *size) as page:
         yield cell, page

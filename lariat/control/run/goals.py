@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from jaxtyping import Float64
 from lariat.control.run.node_drag_solver import NodeDragSolver
 from lariat.control.run.task import RequestRefused
 from lariat.geometry import polylines
-from lariat.geometry.cable_routes import clip_names, held_clips
+from lariat.geometry.cable_routes import clip_names, clip_openings
 from lariat.geometry.obstacles import Obstacle, chain_clearance, pack_supports
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, add_turns
@@ -20,6 +20,7 @@ from lariat.rod.part_fit import fit_part, part_points
 from lariat.scenario import SIDES, Goal, Scenario, Shape
 from lariat.scenario.checks import check_part
 from lariat.scenario.goal_table import length_fault
+from lariat.scenario.rod_properties import rod_properties
 from lariat.scenario.sections import MIN_PART_NODES
 
 MAX_LENGTH_ERROR = 0.03
@@ -46,6 +47,12 @@ class GoalFactory:
     _of_parts: dict[Shape, Goal] = field(default_factory=dict, repr=False)
     """Goals of parts of the rope and of routes, whose fit is not repeated."""
 
+    @classmethod
+    def of_scenario(cls, scenario: Scenario) -> GoalFactory:
+        """Create the factory of a cell whose rod is the scenario's."""
+        rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
+        return cls(scenario, rod, scenario.grips(scenario.start))
+
     def from_shape(self, shape: Shape) -> Goal:
         """Goal of a scenario's section.
 
@@ -57,9 +64,11 @@ class GoalFactory:
             if shape not in self._of_parts:
                 self._of_parts[shape] = self._of_part(part, shape)
             return self._of_parts[shape]
-        grips = self.feasible_grips(*self.scenario.grips(shape))
         if shape.route:
-            return self._laid(shape, grips)
+            if shape not in self._of_parts:
+                self._of_parts[shape] = self.laid(shape, self.scenario.bodies)
+            return self._of_parts[shape]
+        grips = self.feasible_grips(*self.scenario.grips(shape))
         nodes = self.scenario.nodes(shape)
         if nodes is None:
             whole = self.at_rest(*grips, self.scenario.bodies, shape.turns)
@@ -101,9 +110,15 @@ class GoalFactory:
                 [m]; None where the grips stay.
 
         Raises:
-            RequestRefused: The rod does not come to rest there, or the grips are too far apart.
+            RequestRefused: The rod does not come to rest there, the grips are too far apart, or
+                the goal has a route without nodes, whose laying takes longer than a step may.
         """
         nodes = request.nodes
+        if request.route and not len(nodes):
+            raise RequestRefused(
+                "a goal with a route needs the nodes of the laid rope, which the page and `lariat "
+                "goal` compute"
+            )
         placed = all(len(grip.position) for grip in request.grips)
         grips = self.feasible_grips(*(request.grips if placed or not len(nodes) else self.start))
         if not len(nodes):
@@ -115,29 +130,40 @@ class GoalFactory:
             nodes = polylines.resample_smooth(nodes, count)
         return replace(request, nodes=nodes, left=grips[0], right=grips[1])
 
-    def _laid(self, shape: Shape, grips: tuple[Pose, Pose]) -> Goal:
-        """Rod at rest after it has been laid along a route.
+    def laid(
+        self,
+        shape: Shape,
+        obstacles: Sequence[Obstacle],
+        report: Callable[[str], None] = lambda _: None,
+    ) -> Goal:
+        """Rod at rest after it has been laid along a route, which takes seconds.
+
+        Args:
+            shape: Shape with a route.
+            obstacles: Obstacles, of which the supports count.
+            report: Takes in words what is done at present.
 
         Raises:
-            RequestRefused: It is too short, or does not come to lie in all clips.
+            ConfigurationError: The route names something that is not there.
+            RequestRefused: The rod is too short, or does not come to lie in all clips.
         """
-        if shape not in self._of_parts:
-            bodies, supports = self.scenario.bodies, pack_supports(self.scenario.bodies)
-            rotates = [self.scenario.end(side).rotates for side in SIDES]
-            try:
-                stops = self.scenario.route_stops(shape)
-                state, waypoints = laying(self.rod, stops, grips, (rotates[0], rotates[1]), bodies)
-                nodes = laid(self.rod, state, waypoints, supports).final.positions
-            except ValueError as error:
-                raise RequestRefused(str(error)) from error
-            held = held_clips(shape.route, bodies, nodes)
-            if lost := [name for name in clip_names(shape.route) if name not in held]:
+        grips = self.feasible_grips(*self.scenario.grips(shape, obstacles))
+        rotates = [self.scenario.end(side).rotates for side in SIDES]
+        stops = self.scenario.route_stops(shape, obstacles)
+        try:
+            way = laying(self.rod, stops, grips, (rotates[0], rotates[1]), obstacles, report)
+            nodes = laid(self.rod, *way, pack_supports(obstacles)).final.positions
+        except ValueError as error:
+            raise RequestRefused(str(error)) from error
+        openings = clip_openings(obstacles)
+        for clip in (openings[name] for name in clip_names(shape.route)):
+            if not clip.holds(nodes):
                 raise RequestRefused(
                     f"the rope that is laid along the route does not come to lie in clip "
-                    f"{lost[0]!r}; widen it, or turn it towards its neighbours"
+                    f"{clip.name!r}: it {clip.miss(nodes)}; widen the clip, or turn it towards its "
+                    "neighbours"
                 )
-            self._of_parts[shape] = Goal(nodes, *grips, rotates[0], rotates[1], **shape.terms)
-        return self._of_parts[shape]
+        return Goal(nodes, *grips, rotates[0], rotates[1], **shape.terms)
 
     def _of_part(self, nodes: Float64[np.ndarray, "m 3"], shape: Shape) -> Goal:
         """Rod at rest, leaning on the supports, a part of which lies on some nodes.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
 
@@ -11,7 +12,7 @@ from lariat.control.run.reasons import Reason
 from lariat.control.run.state_machine import RunState
 from lariat.control.run.task import RequestRefused, Task
 from lariat.geometry.obstacles import Obstacle
-from lariat.scenario import Goal
+from lariat.scenario import Goal, Scenario, Shape
 
 ENDED = (RunState.REACHED, RunState.FAILED)
 """States after a run that nobody has stopped or paused."""
@@ -143,6 +144,30 @@ def preview(
     try:
         goal = goals.from_request(request, obstacles, pull)
         goals.check(goal, obstacles)
+    except ValueError as error:
+        return Preview(goal, str(error))
+    return Preview(goal)
+
+
+def route_preview(
+    scenario: Scenario,
+    shape: Shape,
+    obstacles: Sequence[Obstacle],
+    report: Callable[[str], None],
+) -> Preview:
+    """Rod that is laid along a route, or the reason why it cannot be; this takes seconds.
+
+    Args:
+        scenario: Cell.
+        shape: Ends and route.
+        obstacles: Obstacles of the scene, with the legs of clips.
+        report: Takes in words what is done at present.
+    """
+    goal = None
+    try:
+        goals = GoalFactory.of_scenario(scenario)
+        goal = goals.laid(shape, obstacles, report)
+        goals.check(goal, tuple(obstacles))
     except ValueError as error:
         return Preview(goal, str(error))
     return Preview(goal)

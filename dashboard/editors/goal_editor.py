@@ -321,6 +321,8 @@ class GoalEditor:
         whole = self.editing and not self.route.route
         for field in (*self._angle_fields.values(), *self._turns_fields):
             field.visible = whole
+        for side, gizmo in self._gizmos.items():
+            gizmo.disable_rotations = not (whole and self._scenario.end(side).rotates)
         self._handle.show(whole and self._stretch.has_shape)
         self._stretch.show(whole)
 

@@ -34,7 +34,7 @@ def board() -> Iterator[tuple[Cell, Page]]:
 
 def expect_route(page: Page, *stops: str) -> None:
     """Expect the stops of the route, in their order."""
-    expect(page.locator("ol li")).to_have_text(stops)
+    expect(page.get_by_text("Route, from left to right").locator("li")).to_have_text(stops)
 
 
 def press(page: Page, name: str) -> None:

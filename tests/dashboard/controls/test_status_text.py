@@ -43,6 +43,18 @@ def test_headline_says_state_and_distances(state: TaskState, text: str) -> None:
     assert status_text.headline(state, 0.1, ARMED).text == text
 
 
+def test_detail_says_what_is_laid_and_how_much_the_cable_is_pulled() -> None:
+    state = task(
+        RUNNING, goal=Goal(route=["a", "left of peg", "b"]), tension=0.138, reason="started"
+    )
+    assert status_text.laid(state, ["a"], None) == "1 of 2 clips laid"
+    laid = status_text.laid(state, ["a"], 2.0)
+    line = status_text.headline(state, 0.1, ARMED, laid=laid)
+    assert line.detail == "1 of 2 clips laid, tension 0.14 of 2 N; started"
+    lost = status_text.headline(state, 0.1, ARMED, NodeChain(lost="too few pixels"), laid=laid)
+    assert lost.detail == "started"
+
+
 def test_headline_of_a_silent_controller_does_not_repeat_its_last_state() -> None:
     line = status_text.headline(task(RUNNING), 4.2, ARMED)
     assert all(w in line.text for w in ("controller", "silent", "4 s"))

@@ -4,10 +4,14 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
+import viser
 
+from dashboard import palette
 from dashboard.scene.obstacle_view import ObstacleView
+from dashboard.web.private_viser import PrivateViser
 from lariat.geometry import obstacles, poses
 from lariat.geometry.obstacles import Obstacle
+from lariat.scenario import load
 
 TILTED = tuple(poses.exponential(np.array([0.4, -0.7, 0.2])).tolist())
 
@@ -39,3 +43,27 @@ def test_moving_obstacle_is_moved_and_not_drawn_anew() -> None:
     view.show([cart.moved((0.1, 0.5, 0.2))])
     scene.add_mesh_simple.assert_called_once()
     np.testing.assert_allclose([body.position, label.position], [[0.1, 0.5, 0.2], [0.1, 0.5, 0.4]])
+
+
+def test_stops_of_a_route_are_numbered_and_clips_that_hold_are_marked() -> None:
+    private = PrivateViser("test")
+    view = ObstacleView(private.server.scene, lambda _: None)
+    board = load("harness-board")
+    view.mark(board.goal.route, ["middle"])
+    view.show(board.bodies)
+    labels = [h.text for h in handles(view) if isinstance(h, viser.LabelHandle)]
+    assert [text for text in labels if text] == ["2 near", "4 far", "1 low", "3 middle ✓", "5 high"]
+    colors = [tuple(h.color) for h in handles(view) if isinstance(h, viser.MeshHandle)]
+    assert colors.count(palette.GOOD) == 2
+    # The cable has left its clip, and the route its peg.
+    view.mark(["middle"], [])
+    labels = [h.text for h in handles(view) if isinstance(h, viser.LabelHandle)]
+    assert [text for text in labels if text] == ["near", "far", "low", "1 middle", "high"]
+    assert all(
+        tuple(h.color) != palette.GOOD for h in handles(view) if isinstance(h, viser.MeshHandle)
+    )
+    private.close()
+
+
+def handles(view: ObstacleView) -> list[viser.SceneNodeHandle]:
+    return [handle for _, drawn in view._drawn.values() for handle in drawn]

@@ -53,6 +53,20 @@ def test_a_clip_holds_what_passes_between_its_legs_below_their_tips(
     assert held_clips(["clip", "left of peg"], CLIP.bodies, chain(left, up)) == ["clip"] * held
 
 
+@pytest.mark.parametrize(
+    ("left", "up", "miss"),
+    [
+        (0.002, 0.025, "lies 5.0 mm above its tips"),
+        (0.012, 0.003, "passes 12.0 mm to the left of its middle"),
+        (-0.009, 0.003, "passes 9.0 mm to the right of its middle"),
+    ],
+)
+def test_it_is_said_how_a_cable_misses_a_clip(left: float, up: float, miss: str):
+    opening = clip_openings(CLIP.bodies)["clip"]
+    assert opening.miss(chain(left, up)) == miss
+    assert opening.miss(chain(left, up)[:10]) == "ends before it"
+
+
 def test_a_cable_that_ends_before_a_clip_is_not_held():
     assert held_clips(["clip"], CLIP.bodies, chain(0.0, 0.003)[:10]) == []
 

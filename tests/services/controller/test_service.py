@@ -89,6 +89,21 @@ def test_settings_of_a_running_cell_act_at_once() -> None:
     assert state.settings["pace"] == "0.5"
 
 
+def test_tension_of_the_rope_is_published_where_it_is_limited() -> None:
+    assert step(build(SCENARIO, "session"), SECOND, 0.4).tension == 0.0
+    limited = replace(SCENARIO, limits=replace(SCENARIO.limits, tension=2.0))
+    # Half of its weight hangs from each end, which carries it by shear in part.
+    weight = 9.81 * SCENARIO.rope.linear_density * SCENARIO.rope.length
+    assert 0.3 * weight < step(build(limited, "session"), SECOND, 0.4).tension < weight
+
+
+def test_a_route_without_its_nodes_is_refused() -> None:
+    goal = messages.Goal(left=messages.Grip(), right=messages.Grip(), route=["clip"])
+    request = TaskRequest(id="1", action=TaskRequest.SET_GOAL, goal=goal)
+    state = step(build(SCENARIO, "session"), SECOND, 0.4, request)
+    assert "needs the nodes of the laid rope" in state.refusal
+
+
 def test_controller_waits_for_grips_beyond_the_reach_of_the_rope() -> None:
     service = build(SCENARIO, "session")
     start = TaskRequest(id="1", action=TaskRequest.START)

@@ -13,8 +13,10 @@ from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle
 
-MAX_OBSTACLE_SPEED = 0.5
-"""Largest speed of an obstacle whose motion is known [m/s]."""
+MAX_OBSTACLE_SPEED = 1.0
+"""Largest speed of an obstacle whose motion is known, about that of a person's hand [m/s]."""
+SWEEP_SPACING = 0.03
+"""Largest distance between places that stand for an obstacle on its way [m]."""
 MAX_WAYPOINTS = 1000
 """Largest number of waypoints of a motion."""
 
@@ -68,6 +70,11 @@ class ObstacleMotion:
         x, y, z = (np.interp(time, self.times, column) for column in zip(*self.positions))  # noqa: B905
         return float(x), float(y), float(z)
 
+    def max_speed(self, begin: float, end: float) -> float:
+        """Return the largest speed between two times [m/s]."""
+        times = [begin, *(t for t in self.times if begin < t < end)]
+        return max(float(np.linalg.norm(self.velocity(t))) for t in times)
+
     def velocity(self, time: float) -> Float64[np.ndarray, "3"]:
         """Return the velocity from a time on [m/s]."""
         k = int(np.searchsorted(self.times, time, side="right"))
@@ -75,6 +82,23 @@ class ObstacleMotion:
             return np.zeros(3)
         move = np.array(self.positions[k]) - np.array(self.positions[k - 1])
         return move / (self.times[k] - self.times[k - 1])
+
+
+def obstacles_during(
+    obstacles: Sequence[Obstacle], motions: Sequence[ObstacleMotion], begin: float, end: float
+) -> tuple[Obstacle, ...]:
+    """Return obstacles where they are between two times.
+
+    Args:
+        obstacles: Obstacles of a scene.
+        motions: Motions of some of them; others stay.
+        begin: First time [s].
+        end: Last time [s]. A moving obstacle is returned at places on its way between the times, at
+            most `SWEEP_SPACING` apart.
+    """
+    speed = max((motion.max_speed(begin, end) for motion in motions), default=0.0)
+    count = int(np.ceil(speed * (end - begin) / SWEEP_SPACING)) + 1
+    return obstacles_at(obstacles, motions, *np.linspace(begin, end, count).tolist())
 
 
 def obstacles_at(

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
+from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_during
 from lariat.geometry.obstacles import Obstacle
 from lariat.safety.guard.force_limit import ForceLimit
 from lariat.safety.guard.scene_guard import SceneGuard
@@ -152,14 +152,14 @@ class RobotGatewayService:
             self._moved_at = 0
 
     def _move_obstacles(self, inbox: Inbox, now: int) -> None:
-        """Keep out where moving obstacles are, and where they will be after the reaction time."""
+        """Keep out where moving obstacles are, and where they will be within the reaction time."""
         if (motion := inbox.fresh(topics.SCENE_MOTION)) is not None:
             self._take_motions(motion.message)
         if self._motions and now - self._moved_at >= MOTION_PERIOD:
             self._moved_at = now
             present = now * NANOSECONDS
             self.cell.take_scene(
-                obstacles_at(self._bodies, self._motions, present, present + REACTION_TIME)
+                obstacles_during(self._bodies, self._motions, present, present + REACTION_TIME)
             )
 
     def _take_motions(self, message: SceneMotion) -> None:

@@ -11,7 +11,7 @@ from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
 from lariat.control.run.task import Task
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.grippers import axis_clearance, gripper_points
-from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
+from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at, obstacles_during
 from lariat.geometry.obstacles import Obstacle, signed_distance
 from lariat.safety.motion_contract import CONTROL_STRETCH_SHARE, longest_grip_distance
 from lariat.scenario import Scenario
@@ -98,8 +98,8 @@ class CollisionScene:
         present = obstacles_at(self._scene, self._motions, now)
         self.obstacles = (*present, *self._others, *self._regions)
         """All obstacles: those of the scene, where they are, other ropes, and the regions."""
-        self.foreseen = (*obstacles_at(self._scene, self._motions, now, later), *self._others)
-        """Bodies among them, moving ones also where they will be at the end of a horizon."""
+        self.foreseen = (*obstacles_during(self._scene, self._motions, now, later), *self._others)
+        """Bodies among them, moving ones also where they will be until the end of a horizon."""
         self.avoided = (*(o for o in self.foreseen if not o.support), *self._regions)
         """Foreseen obstacles that the rope must not touch, and regions that it must not leave."""
         moving = {motion.name for motion in self._motions}

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
+from lariat.geometry.obstacle_motion import (
+    SWEEP_SPACING,
+    ObstacleMotion,
+    obstacles_at,
+    obstacles_during,
+)
 from lariat.geometry.obstacles import TABLE, Obstacle
 
 CART = Obstacle("sphere", (0.0, 0.0, 0.5), radius=0.1, name="cart")
@@ -42,9 +47,24 @@ def test_only_what_moves_has_several_places():
     assert obstacles_at([TABLE, CART], [MOTION], 8.0, 9.0)[1:] == (CART.moved((0.8, 0.4, 0.5)),)
 
 
+def test_places_during_a_motion_leave_no_gap_on_its_way():
+    post, *carts = obstacles_during([TABLE, CART], [MOTION], 3.8, 4.3)
+    places = np.array([cart.position for cart in carts])
+    assert post == TABLE
+    assert np.max(np.linalg.norm(np.diff(places, axis=0), axis=1)) <= SWEEP_SPACING + 1e-12
+    np.testing.assert_allclose(places[[0, -1]], [(0.72, 0.0, 0.5), (0.8, 0.12, 0.5)])
+    # The corner of its way is passed as well.
+    assert np.min(np.linalg.norm(places - (0.8, 0.0, 0.5), axis=1)) <= 0.5 * SWEEP_SPACING
+
+
+def test_obstacle_at_rest_has_one_place():
+    resting = obstacles_during([TABLE, CART], [MOTION], 8.0, 9.0)
+    assert resting == (TABLE, CART.moved((0.8, 0.4, 0.5)))
+
+
 @pytest.mark.parametrize(
     ("times", "message"),
-    [((0.0, 0.0), "do not increase"), ((0.0, 1.0), "0.8 m/s"), ((0.0,), "1 times and 2 positions")],
+    [((0.0, 0.0), "do not increase"), ((0.0, 0.5), "1.6 m/s"), ((0.0,), "1 times and 2 positions")],
 )
 def test_impossible_motion_is_refused(times, message):
     with pytest.raises(ValueError, match=message):

@@ -136,12 +136,6 @@ def days_left(certificate: bytes) -> float:
     return (end - _now()) / datetime.timedelta(days=1)
 
 
-def common_name(certificate: bytes) -> str:
-    """Return the user's name in a certificate."""
-    subject = x509.load_pem_x509_certificate(certificate).subject
-    return str(subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value)
-
-
 def _builder(
     subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePublicKey, days: int
 ) -> x509.CertificateBuilder:

@@ -15,8 +15,9 @@ from lariat.geometry.obstacles import Obstacle
 
 MAX_OBSTACLE_SPEED = 1.0
 """Largest speed of an obstacle whose motion is known, about that of a person's hand [m/s]."""
-SWEEP_SPACING = 0.03
-"""Largest distance between places that stand for an obstacle on its way [m]."""
+SWEEP_SPACING, MAX_PLACES = 0.03, 60
+"""Largest distance between places that stand for an obstacle on its way [m], and the most places of
+all obstacles together, of which each has two at least."""
 MAX_WAYPOINTS = 1000
 """Largest number of waypoints of a motion."""
 
@@ -94,10 +95,11 @@ def obstacles_during(
         motions: Motions of some of them; others stay.
         begin: First time [s].
         end: Last time [s]. A moving obstacle is returned at places on its way between the times, at
-            most `SWEEP_SPACING` apart.
+            most `SWEEP_SPACING` apart, unless many move.
     """
     speed = max((motion.max_speed(begin, end) for motion in motions), default=0.0)
-    count = int(np.ceil(speed * (end - begin) / SWEEP_SPACING)) + 1
+    wanted = int(np.ceil(speed * (end - begin) / SWEEP_SPACING)) + 1
+    count = min(wanted, max(2, MAX_PLACES // max(len(motions), 1)))
     return obstacles_at(obstacles, motions, *np.linspace(begin, end, count).tolist())
 
 

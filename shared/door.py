@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TypeVar
 
 from lariat.configuration import reason_of
@@ -28,12 +26,30 @@ OTHERS = "others"
 """Source of all beyond."""
 
 
-@dataclass
-class Outcome:
-    """Outcome of the handling of one thing."""
+class Guard:
+    """`with` block in which one thing is handled: `Door.guard` creates it."""
 
-    refusal: str = ""
-    """Why it is refused; empty if it is not."""
+    def __init__(self, door: Door, source: str) -> None:
+        self.refusal = ""
+        """Why it is refused; empty if it is not."""
+        self._door, self._source = door, source
+
+    def __enter__(self) -> Guard:
+        """Begin."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: object
+    ) -> bool:
+        """Turn an exception into a refusal."""
+        if not isinstance(error, Exception):
+            return False
+        expected = isinstance(error, ValueError | OSError)
+        if self._door.strict and not expected:
+            return False
+        self.refusal = reason_of(error)
+        self._door.refuse(self._source, self.refusal, None if expected else error)
+        return True
 
 
 class Door:
@@ -47,22 +63,13 @@ class Door:
         """Number of refusals."""
         self._counts: dict[str, int] = {}
 
-    @contextmanager
-    def guard(self, source: str) -> Iterator[Outcome]:
+    def guard(self, source: str) -> Guard:
         """Turn any exception of a `with` block into a refusal; the value has its reason afterwards.
 
         Args:
             source: What is handled, for the log, e.g. `scene/request`.
         """
-        outcome = Outcome()
-        try:
-            yield outcome
-        except Exception as error:
-            expected = isinstance(error, ValueError | OSError)
-            if self.strict and not expected:
-                raise
-            outcome.refusal = reason_of(error)
-            self.refuse(source, outcome.refusal, None if expected else error)
+        return Guard(self, source)
 
     def converted(
         self, source: str, items: Iterable[Item], convert: Callable[[Item], Value]

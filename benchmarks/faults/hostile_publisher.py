@@ -10,7 +10,6 @@ import random
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from multiprocessing.process import BaseProcess
 
 import zenoh
@@ -85,7 +84,7 @@ def _publish(
                 if free and rng.random() < 0.5:
                     content = bytearray(raw.payload)
                     content[rng.randrange(len(content))] = rng.randrange(256)
-                    raw = replace(raw, payload=bytes(content))
+                    raw = raw._replace(payload=bytes(content))
                 put(session, rng, raw, PROTOBUF_ENCODING + raw.type)
                 sent += 1
             time.sleep(BURST_PERIOD)

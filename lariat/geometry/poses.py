@@ -209,10 +209,10 @@ def rotation_between(
 
     For opposite vectors the axis is one of those perpendicular to `a`.
     """
-    a, b = np.broadcast_arrays(np.asarray(a, float), np.asarray(b, float))
-    w = 1.0 + np.sum(a * b, axis=-1, keepdims=True)
+    w = 1.0 + np.add.reduce(a * b, axis=-1, keepdims=True)
     q = np.concatenate([w, cross(a, b)], axis=-1)
-    if not np.min(w, initial=np.inf) > 1e-9:
+    if not (w > 1e-9).all():
+        a, _ = np.broadcast_arrays(a, b)
         least = np.eye(3)[np.argmin(np.abs(a), axis=-1)]
         opposite = np.concatenate([np.zeros_like(w), cross(a, least)], axis=-1)
         q = np.where(w > 1e-9, q, opposite)

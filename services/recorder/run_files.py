@@ -17,7 +17,6 @@ import shutil
 from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
@@ -110,7 +109,7 @@ class RunFiles:
         # Times of receipt may be slightly out of order; log times must not be.
         self._latest = max(self._latest, message.received)
         if message.received < self._latest:
-            message = replace(message, received=self._latest)
+            message = message._replace(received=self._latest)
         self._pre_roll.put(message)
         if self._kind == "idle" and self._thinning.keeps(message):
             self._thinned.append(message)

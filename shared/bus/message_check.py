@@ -5,8 +5,7 @@ An invalid message is refused at a door ([shared/door.py](../door.py)).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import zenoh
 
@@ -24,8 +23,7 @@ MAX_PUBLISHER_LENGTH = 128
 """Number of characters after which the id of a publisher is cut."""
 
 
-@dataclass(frozen=True)
-class RawMessage:
+class RawMessage(NamedTuple):
     """Message as it crossed the bus, not decoded."""
 
     key: str

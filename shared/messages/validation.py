@@ -51,7 +51,9 @@ def decode(topic: Topic, payload: bytes) -> Any:
 
 
 def _check_fields(message: Message) -> None:
-    for field, value in message.ListFields():
+    beside_bytes = _beside_bytes(message.DESCRIPTOR)
+    pairs = ((field, getattr(message, field.name)) for field in beside_bytes)
+    for field, value in pairs if beside_bytes else message.ListFields():
         values = value if field.is_repeated else (value,)
         if len(values) > MAX_COUNT:
             raise ValueError(f"{field.name} has {len(values)} values, more than {MAX_COUNT}")
@@ -69,6 +71,14 @@ def _check_fields(message: Message) -> None:
             _check_scalars(field, values)
             if field.type == FieldDescriptor.TYPE_STRING and not all(map(is_plain, values)):
                 _make_plain(message, field)
+
+
+@cache
+def _beside_bytes(kind: Descriptor) -> tuple[FieldDescriptor, ...]:
+    """Other fields of a type that has bytes, which take any value and are copied when read: those
+    of an image."""
+    others = tuple(field for field in kind.fields if field.type != FieldDescriptor.TYPE_BYTES)
+    return others if len(others) < len(kind.fields) else ()
 
 
 @cache

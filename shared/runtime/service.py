@@ -54,8 +54,7 @@ class Publication(NamedTuple):
     """Message of the topic's type."""
 
 
-@dataclass(frozen=True)
-class Received:
+class Received(NamedTuple):
     """A message with its origin and the time of its receipt."""
 
     message: Any

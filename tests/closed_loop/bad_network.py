@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from typing import Any
 
 from lariat.trajectory import SECOND
@@ -67,7 +66,7 @@ class OffsetService:
             yield Publication(topic, self._stamped(topic, message))
 
     def _later(self, item: Received) -> Received:
-        return replace(item, received=item.received + self._offset)
+        return item._replace(received=item.received + self._offset)
 
     def _stamped(self, topic: Topic, message: Message) -> Message:
         """Return a message with the camera's stamp by its own clock.

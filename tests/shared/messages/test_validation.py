@@ -226,6 +226,15 @@ def test_invalid_message_is_refused_with_the_reason(
         decode(topic, message.SerializeToString())
 
 
+def test_texts_and_times_beside_the_bytes_of_an_image_are_checked() -> None:
+    image = RawImage(width=1, height=1, encoding="a\x1b", data=b"\x1b")
+    got = decode(topics.CAMERA_DEPTH, image.SerializeToString())
+    assert (got.encoding, got.data) == ("a\\x1b", b"\x1b")
+    image.timestamp.seconds = 2**62
+    with pytest.raises(ValueError, match="timestamp"):
+        decode(topics.CAMERA_DEPTH, image.SerializeToString())
+
+
 def test_unknown_value_of_an_enum_is_refused() -> None:
     command = ArmCommand()
     command.action = 77  # pyright: ignore[reportAttributeAccessIssue]

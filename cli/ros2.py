@@ -23,7 +23,7 @@ def main(
 ) -> int:
     """List what the ROS 2 node of `lariat up --ros2` publishes and takes.
 
-    Names without leading slash lie in the node's namespace; NAME is that of a camera or a curve.
+    Names without leading slash lie in the node's namespace; NAME is that of a camera.
     Keys are those of `[ros2.topics]` in a scenario, which changes names, rates and qualities.
 
     Examples:

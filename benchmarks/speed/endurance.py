@@ -136,9 +136,8 @@ def _subscriber(router: str, scenario: Scenario) -> Node:
     """Node of ROS 2 that subscribes to all topics of a cell's."""
     table = Table.of(scenario)
     node = Node("bench", table.settings.namespace, environment_domain(), router, serve=False)
-    for output in table.outputs:
-        for source in table.sources(output.source):
-            node.subscription(output.name_for(source.key), output.type, output.qos)
+    for source, output in table.sources:
+        node.subscription(output.name_for(source.key), output.type, output.qos)
     return node
 
 

@@ -96,14 +96,13 @@ class ArmAction:
                     raise
             if outcome.refusal:
                 self._end(goal, Status.ABORTED, code, outcome.refusal)
-        for item in inbox.every(topics.ARM_STATE):
-            if self._execution is not None:
-                self._follow(self._execution, item.message, now)
+        newest = inbox.latest(topics.ARM_STATE)
+        if self._execution is not None and newest is not None:
+            self._follow(self._execution, newest.message, now)
         execution = self._execution
         if execution is None:
             return
         request = JointTrajectory(id=execution.request.id, stamp=now)
-        newest = inbox.latest(topics.ARM_STATE)
         if newest is None or newest.message.trajectory != request.id:
             if now - execution.sent > ANSWER_TIMEOUT:
                 words = "the gateway has not answered; lariat status shows whether it runs"

@@ -72,15 +72,12 @@ class Commands:
         self._world = table.settings.world_frame
         self._door = node.door
         self._session, self._count = session, 0
+        self._hold_id = ""
         self._pending: dict[str, Pending] = {}
         self._queued: list[Publication] = []
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Yield the requests of all nodes, and answer those that have been handled."""
-        # One request for all who ask at a time: a state names the newest request alone.
-        if asked := tuple(self._hold.take()):
-            hold = ArmCommand(id=self._next(now, asked), stamp=now, action=ArmCommand.HOLD)
-            self._queued.append(Publication(topics.ARM_HOLD, hold))
         for name, service in self._services.items():
             if asked := tuple(service.take()):
                 self.request_task(TASK_ACTIONS[name], now, asked)
@@ -95,6 +92,16 @@ class Commands:
                     )
                     self._queued.append(Publication(topics.SCENE_REQUEST, request))
         self._answer(inbox, now)
+        # One hold for all who ask before it is answered: a state names the newest command alone.
+        if asked := tuple(self._hold.take()):
+            if holding := self._pending.get(self._hold_id):
+                holding.asked += asked
+            else:
+                self._hold_id = self._next(now, asked)
+        if self._hold_id in self._pending:
+            # Sent until it is answered: a person's command may have hidden the answer.
+            hold = ArmCommand(id=self._hold_id, stamp=now, action=ArmCommand.HOLD)
+            self._queued.append(Publication(topics.ARM_HOLD, hold))
         queued, self._queued = self._queued, []
         yield from queued
 
@@ -127,7 +134,7 @@ class Commands:
     def _answer(self, inbox: Inbox, now: int) -> None:
         states = [inbox.latest(topic) for topic in (topics.TASK_STATE, topics.SCENE_STATE)]
         answers = [(s.message.last_request, s.message.refusal) for s in states if s is not None]
-        for arms in inbox.every(topics.ARM_STATE):
+        if arms := inbox.latest(topics.ARM_STATE):
             answers.append((arms.message.last_command, arms.message.refusal))
         for id, refusal in answers:
             if id in self._pending:

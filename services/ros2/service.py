@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from lariat.scenario import Scenario
 from lariat.trajectory import SECOND
@@ -23,6 +23,16 @@ from shared.runtime.service import Inbox, Publication
 from shared.topics import Topic
 
 
+@dataclass
+class _Shown:
+    """Output that is published for a topic of the bus."""
+
+    output: Output
+    publisher: Publisher
+    due: int = 0
+    """Time of its next message, where it has a largest rate [ns]."""
+
+
 class Ros2Service:
     """Node whose steps publish what is new and take what has come."""
 
@@ -39,25 +49,25 @@ class Ros2Service:
         self._frames = Frames(scenario)
         self._table = Table.of(scenario)
         self._urdf = self._table.urdf(cell_urdf(scenario))
-        self._outputs: dict[Topic, list[Output]] = {}
-        for output in self._table.outputs:
-            for source in self._table.sources(output.source):
-                self._outputs.setdefault(source, []).append(output)
-        sources = {source.key: source for source in self._outputs}
+        sources = {source.key: source for source, _ in self._table.sources}
         # Frames are computed here: a cell without recorder has no drawing.
         for drawn in (topics.VIEW_TRANSFORMS, topics.VIEW_JOINTS):
             del sources[drawn.key]
-        # Shown at a lower rate than theirs: the newest one of a step is enough.
-        for fast in (topics.ARM_SETPOINTS, topics.ARM_STATE):
-            sources[fast.key] = replace(fast, buffering="latest")
+        self._sources = tuple(sources.values())
+        # A subscription to all processes is cheaper than one to each.
+        for wide in (topics.HEALTH, topics.LOG):
+            sources = {k: source for k, source in sources.items() if not wide.matches(k)}
+            sources[wide.key] = wide
         if options.commands:
             sources |= {topic.key: topic for topic in Commands.reads}
+        # Shown and judged at a lower rate than theirs: the newest one of a step is enough.
+        for fast in (topics.ARM_SETPOINTS, topics.ARM_STATE):
+            sources[fast.key] = replace(fast, buffering="latest")
         self.reads = tuple(sources.values())
         self.writes = Commands.writes if options.commands else ()
         self._session = session
-        self._publishers: dict[tuple[str, str], Publisher] = {}
-        self._due: dict[tuple[str, str], int] = {}
-        """Time of the next message of each publisher that has a largest rate [ns]."""
+        self._shown: dict[str, list[_Shown]] = {}
+        """Outputs by the key of their source."""
         self._node: Node | None = None
         self._takers: list[Commands | RopeAction | ArmAction] = []
         self._fixed_due = True
@@ -75,12 +85,11 @@ class Ros2Service:
         node = Node("lariat", namespace, options.domain, options.router, self.door)
         self._node = node
         by_name: dict[str, Publisher] = {}
-        for source, rows in self._outputs.items():
-            for output in rows:
-                name = output.name_for(source.key)
-                if name not in by_name:
-                    by_name[name] = node.publisher(name, output.type, output.qos)
-                self._publishers[source.key, output.name] = by_name[name]
+        for source, output in table.sources:
+            name = output.name_for(source.key)
+            if name not in by_name:
+                by_name[name] = node.publisher(name, output.type, output.qos)
+            self._shown.setdefault(source.key, []).append(_Shown(output, by_name[name]))
         # A latched message lives as long as its publisher.
         row = table.description
         self._description = node.publisher(row.name, row.type, row.qos)
@@ -94,11 +103,16 @@ class Ros2Service:
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Publish what is new to ROS 2, and pass on what it asks for."""
-        for source, rows in self._outputs.items():
-            for message in self._new(inbox, source, now):
-                for output in rows:
-                    self._publish(source, output, message, now)
+        arms = inbox.fresh(topics.ARM_STATE)
+        if arms or self._fixed_due:
+            frames = self._frames.transforms(arms and arms.message, now, self._fixed_due)
+            self._publish(topics.VIEW_TRANSFORMS, frames, now)
+        if arms:
+            self._publish(topics.VIEW_JOINTS, self._frames.joints(arms.message, now), now)
         self._fixed_due = False
+        for source in self._sources:
+            for item in inbox.every(source):
+                self._publish(source, item.message, now)
         for taker in self._takers:
             yield from taker.step(inbox, now)
 
@@ -107,31 +121,20 @@ class Ros2Service:
         if self._node is not None:
             self._node.close()
 
-    def _new(self, inbox: Inbox, source: Topic, now: int) -> Iterator[object]:
-        """Messages of a source since the last step."""
-        if source not in (topics.VIEW_TRANSFORMS, topics.VIEW_JOINTS):
-            yield from (item.message for item in inbox.every(source))
-            return
-        arms = inbox.fresh(topics.ARM_STATE)
-        if source == topics.VIEW_TRANSFORMS and (arms or self._fixed_due):
-            yield self._frames.transforms(arms and arms.message, now, self._fixed_due)
-        elif source == topics.VIEW_JOINTS and arms:
-            yield self._frames.joints(arms.message, now)
-
-    def _publish(self, source: Topic, output: Output, message: object, now: int) -> None:
-        place = source.key, output.name
-        publisher = self._publishers[place]
-        if not publisher.matched or now < self._due.get(place, now):
-            return
-        with self.door.guard(f"{source.key} for ROS 2"):
-            converted = self._table.converted(output, message)
-            if converted is None:
-                return
-            publisher.put(converted)
-            if output.rate:
-                period = int(SECOND / output.rate)
-                # The mean rate is kept, whatever the steps.
-                self._due[place] = max(self._due.get(place, now), now - period) + period
+    def _publish(self, source: Topic, message: object, now: int) -> None:
+        for shown in self._shown[source.key]:
+            output, publisher = shown.output, shown.publisher
+            if not publisher.matched or now < shown.due:
+                continue
+            with self.door.guard(f"{source.key} for ROS 2"):
+                converted = self._table.converted(output, message)
+                if converted is None:
+                    continue
+                publisher.put(converted)
+                if output.rate:
+                    period = int(SECOND / output.rate)
+                    # The mean rate is kept, whatever the steps.
+                    shown.due = max(shown.due, now - period) + period
 
 
 def build(scenario: Scenario, session: str, options: Ros2Options | None = None) -> Ros2Service:

@@ -40,6 +40,7 @@ from shared.messages import (
     TaskState,
     chain,
     from_timestamp,
+    stamp_of,
 )
 from shared.ros2.markers import Markers
 from shared.ros2.types import Rows, header, ros, time, vector
@@ -92,8 +93,12 @@ class Output:
         return self.name
 
 
-def outputs() -> tuple[Output, ...]:
-    """Return the table, with converters of its own; those of markers have a state."""
+def outputs(clock: Topic = topics.ROPE_TRUTH) -> tuple[Output, ...]:
+    """Return the table, with converters of its own; those of markers have a state.
+
+    Args:
+        clock: Topic of the simulated plant whose stamps are its time.
+    """
     t = topics
     return (
         Output(t.VIEW_TRANSFORMS, "/tf", "tf2_msgs/msg/TFMessage",
@@ -125,15 +130,15 @@ def outputs() -> tuple[Output, ...]:
                "sensor_msgs/msg/CompressedImage", "colour image", _compressed_image, SENSOR),
         Output(t.CAMERA_DEPTH, "camera/{name}/depth/image_raw", "sensor_msgs/msg/Image",
                "depth registered to colour [mm]", _image, SENSOR),
+        Output(t.VIEW_POINTS, "camera/{name}/depth/points", "sensor_msgs/msg/PointCloud2",
+               "drawing of the depth", _colored_points),
         Output(t.CAMERA_CALIBRATION, "camera/{name}/color/camera_info",
                "sensor_msgs/msg/CameraInfo", "intrinsics", _camera_info),
         Output(t.CAMERA_CALIBRATION, "camera/{name}/depth/camera_info",
                "sensor_msgs/msg/CameraInfo", "intrinsics", _camera_info),
         Output(t.VIEW_SCENE, "view/markers", "visualization_msgs/msg/MarkerArray",
                "drawing: rope, goal, path, obstacles, arms", Markers().converted),
-        Output(t.VIEW_POINTS, "view/points/{name}", "sensor_msgs/msg/PointCloud2",
-               "drawing of curves and depth as points", _colored_points),
-        Output(t.ROPE_TRUTH, "/clock", "rosgraph_msgs/msg/Clock",
+        Output(clock, "/clock", "rosgraph_msgs/msg/Clock",
                "time of the simulated plant, for use_sim_time", _clock, Qos(False, depth=1),
                recorded=False),
         Output(t.HEALTH, "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray",
@@ -355,8 +360,8 @@ def _wrench(side: Side, message: ArmStates) -> Any | None:
     return None
 
 
-def _clock(message: NodeChain) -> Any:
-    return ros("rosgraph_msgs/msg/Clock", clock=time(message.stamp))
+def _clock(message: NodeChain | RawImage) -> Any:
+    return ros("rosgraph_msgs/msg/Clock", clock=time(stamp_of(message)))
 
 
 def _path(message: Path) -> Any | None:

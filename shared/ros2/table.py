@@ -19,10 +19,8 @@ from shared.topics import Topic
 
 PROCESSES = ("sim", "camera", "perception", "planner", "controller", "robot_gateway", "recorder")
 """Processes whose health is shown."""
-DRAWN = ("rope", "truth", "goal", "prediction", "path", "obstacles")
-"""Names of the drawing's clouds, beside those of the cameras."""
 PLACEHOLDER = "NAME"
-"""Part of a key that stands for the name of a camera or a curve."""
+"""Part of a key that stands for the name of a camera."""
 
 
 @dataclass(frozen=True)
@@ -60,19 +58,25 @@ Row = TypeVar("Row", Endpoint, Output)
 class Table:
     """Names, frames, rates and qualities of one cell."""
 
-    def __init__(self, settings: Ros2 | None = None, cameras: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self,
+        settings: Ros2 | None = None,
+        cameras: tuple[str, ...] = (),
+        clock: Topic = topics.ROPE_TRUTH,
+    ) -> None:
         """Create the table.
 
         Args:
             settings: The scenario's section.
             cameras: Names of the cell's cameras.
+            clock: Topic of the simulated plant whose stamps are its time.
 
         Raises:
             ConfigurationError: The section names what there is not, or one name for two topics.
         """
         self.settings = settings or Ros2()
         self._cameras = cameras
-        rows = outputs()
+        rows = outputs(clock)
         keys = [shown(row.name) for row in (*rows, DESCRIPTION, *INPUTS)]
         for key in self.settings.topics:
             if key not in keys:
@@ -81,23 +85,18 @@ class Table:
         self.outputs = tuple(map(self._changed, rows))
         self.description = self._changed(DESCRIPTION)
         self.inputs = {row.name: self._changed(row) for row in INPUTS}
+        self.sources = [(s, row) for row in self.outputs for s in self._sources_of(row.source)]
+        """Topics of the bus, each with an output that stands for it."""
         self._check_names(rows)
 
     @classmethod
     def of(cls, scenario: Scenario) -> Table:
         """Return the table of a scenario's cell; see `Table`."""
-        return cls(scenario.ros2, tuple(camera.name for camera in scenario.camera_setups))
-
-    def sources(self, source: Topic) -> list[Topic]:
-        """Return the concrete topics of a source of the table."""
-        if "{" not in source.key:
-            return [source]
-        names = self._cameras
-        if source in (topics.HEALTH, topics.LOG):
-            names = PROCESSES
-        elif source == topics.VIEW_POINTS:
-            names = (*DRAWN, *self._cameras)
-        return [source.at(name) for name in names]
+        cameras = tuple(camera.name for camera in scenario.camera_setups)
+        simulated = scenario.sensing.source == "camera" and not scenario.sensing.outside
+        # Images, which are read anyway, have the stamps of the plant's truth.
+        clock = topics.CAMERA_DEPTH.at(cameras[0]) if simulated else topics.ROPE_TRUTH
+        return cls(scenario.ros2, cameras, clock)
 
     def frame(self, name: str) -> str:
         """Return the name in ROS 2 of a frame of the cell; no name stays none."""
@@ -118,8 +117,8 @@ class Table:
 
     def recorded(self, key: str, message: Any) -> Iterator[tuple[Output, Any]]:
         """Yield what stands for a message of a recording, each with its row of the table."""
-        for output in self.outputs:
-            if output.recorded and output.source.matches(key):
+        for source, output in self.sources:
+            if output.recorded and source.key == key:
                 answer = self.converted(output, message)
                 if answer is not None:
                     yield output, answer
@@ -127,6 +126,13 @@ class Table:
     def urdf(self, text: str) -> str:
         """Return a cell's URDF with ROS 2's name of the world."""
         return text.replace(f'"{WORLD_FRAME}"', f'"{self.frame(WORLD_FRAME)}"')
+
+    def _sources_of(self, source: Topic) -> list[Topic]:
+        """Concrete topics of a source of the table."""
+        if "{" not in source.key:
+            return [source]
+        names = PROCESSES if source in (topics.HEALTH, topics.LOG) else self._cameras
+        return [source.at(name) for name in names]
 
     def _changed(self, row: Row) -> Row:
         key = shown(row.name)
@@ -166,7 +172,7 @@ class Table:
         names = [(self.description.name, DESCRIPTION.name)]
         names += [(row.name, default) for default, row in self.inputs.items()]
         for before, row in zip(rows, self.outputs, strict=True):
-            for source in self.sources(row.source):
+            for source in self._sources_of(row.source):
                 names.append((row.name_for(source.key), before.name_for(source.key)))
         owners: dict[str, str] = {}
         for name, default in names:

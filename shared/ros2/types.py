@@ -7,7 +7,7 @@ text of their files.
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, cast
@@ -83,6 +83,9 @@ class Rows:
     """Their alignment [bytes]."""
 
 
+_NOTHING = np.zeros(0)
+
+
 def encoded(message: Any) -> bytes | bytearray:
     """Return the CDR of a message, whose last field may be `Rows`."""
     kind = message.__msgtype__
@@ -91,7 +94,9 @@ def encoded(message: Any) -> bytes | bytearray:
     if not isinstance(rows, Rows):
         view = STORE.serialize_cdr(message, kind, little_endian=True)
         return cast("bytearray", view.obj)
-    empty = encoded(replace(message, **{last: np.zeros(0)}))
+    setattr(message, last, _NOTHING)
+    empty = encoded(message)
+    setattr(message, last, rows)
     head = empty[:-4] + struct.pack(f"<{len(rows.counts)}I", *rows.counts)
     # Alignment counts from the end of the header.
     padding = bytes((len(CDR_HEADER) - len(head)) % rows.alignment)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import xxhash
 
@@ -122,8 +122,7 @@ def mangled(name: str) -> str:
     return name.replace("/", "%")
 
 
-@dataclass(frozen=True)
-class Attachment:
+class Attachment(NamedTuple):
     """What every sample, request and reply carries beside its payload."""
 
     sequence: int

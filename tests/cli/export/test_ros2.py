@@ -14,6 +14,9 @@ from cli.export import main
 from lariat.arms.cr5_installation import scenario_joints
 from lariat.geometry.poses import rotate
 from lariat.trajectory import SECOND
+from services.recorder.view.point_clouds import point_cloud
+from shared import topics
+from shared.ros2.outputs import outputs
 from shared.ros2.types import STORE
 from tests.cli.export.recorded import STEP, recording
 from tests.services.recorder.view import cell
@@ -44,10 +47,7 @@ def test_every_kind_of_message_has_its_counterpart(bag: Path):
         "/tf_static": "tf2_msgs/msg/TFMessage",
         "/joint_states": "sensor_msgs/msg/JointState",
         "/view/markers": "visualization_msgs/msg/MarkerArray",
-        **{
-            f"/view/points/{name}": "sensor_msgs/msg/PointCloud2"
-            for name in ("rope", "truth", "goal", "prediction", "path", "obstacles", "overhead")
-        },
+        "/camera/overhead/depth/points": "sensor_msgs/msg/PointCloud2",
         "/camera/overhead/color/image_raw/compressed": "sensor_msgs/msg/CompressedImage",
         "/camera/overhead/depth/image_raw": "sensor_msgs/msg/Image",
         "/camera/overhead/color/camera_info": "sensor_msgs/msg/CameraInfo",
@@ -72,11 +72,9 @@ def test_values_times_and_colours_are_those_of_the_recording(bag: Path, tmp_path
     expected = np.radians(scenario_joints(cell.scenario(tmp_path), "right"))
     np.testing.assert_allclose(joints.position, expected)
     assert joints.header.stamp.sec == cell.NOW // SECOND
-    cloud = found["/view/points/rope"][0]
+    cloud = found["/camera/overhead/depth/points"][0]
     points = np.frombuffer(cloud.data.tobytes(), [("position", "<f4", 3), ("rgba", "<u4")])
-    np.testing.assert_allclose(points["position"][-1], [0.2, 0.0, 0.3], atol=1e-7)
-    # 0xAARRGGBB: orange where the rope is certain.
-    assert hex(points["rgba"][0]) == "0xffff9e1a"
+    np.testing.assert_allclose(points["position"][0], [-0.39, -0.3, 1.0], atol=1e-6)
     depth = found["/camera/overhead/depth/image_raw"][-1]
     assert (depth.encoding, depth.width, depth.data[2:4].tolist()) == ("16UC1", 80, [0xE8, 0x03])
     log = found["/rosout"][0]
@@ -86,6 +84,14 @@ def test_values_times_and_colours_are_those_of_the_recording(bag: Path, tmp_path
     starts = [p.time_from_start.sec * SECOND + p.time_from_start.nanosec for p in setpoints.points]
     assert starts == [STEP, STEP + 20_000_000]
     assert setpoints.points[1].transforms[0].translation.z == 0.4
+
+
+def test_a_point_has_its_colour_as_one_number():
+    (row,) = [row for row in outputs() if row.source == topics.VIEW_POINTS]
+    orange = np.array([[1.0, 0.6, 0.1, 1.0]])
+    cloud = row.convert(point_cloud(np.zeros((1, 3)), orange, "overhead", 0))
+    # 0xAARRGGBB, as RViz takes it.
+    assert hex(cloud.data.view("<u4")[3]) == "0xffff991a"
 
 
 def test_forces_are_in_the_frame_of_the_grip_and_no_torque_is_made_up(bag: Path):
@@ -124,33 +130,3 @@ def test_the_bag_is_an_mcap_file_of_the_profile_ros2(bag: Path):
     assert summary is not None
     encodings = {schema.encoding for schema in summary.schemas.values()}
     assert encodings == {"ros2msg"}
-
-
-def test_bodies_that_an_entity_no_longer_has_are_deleted():
-    from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-
-    from shared.ros2.markers import ADD, DELETE, Markers
-
-    markers, full, empty = Markers(), SceneUpdate(), SceneUpdate()
-    full.entities.add(id="obstacles").spheres.add()
-    empty.entities.add(id="obstacles")
-    assert [m.action for m in markers.converted(full).markers] == [ADD]
-    assert [(m.action, m.id) for m in markers.converted(empty).markers] == [(DELETE, 0)]
-    assert markers.converted(empty).markers == []
-
-
-def test_bodies_of_triangles_are_markers_of_triangles():
-    from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-
-    from lariat.geometry.obstacles import Obstacle
-    from services.recorder.view.primitives import add_obstacle
-    from shared.ros2.markers import TRIANGLE_LIST, Markers
-
-    update = SceneUpdate()
-    cone = Obstacle("cone", (0.1, 0.0, 0.2), radius=0.05, height=0.1)
-    add_obstacle(update.entities.add(id="obstacles"), cone)
-    (marker,) = Markers().converted(update).markers
-    corners = np.array([[p.x, p.y, p.z] for p in marker.points]).reshape(-1, 3, 3)
-    assert marker.type == TRIANGLE_LIST
-    assert (corners[..., 2].min(), corners[..., 2].max()) == (-0.05, 0.05)
-    assert len(corners) == len(cone.row.mesh(cone.packed_sizes).triangles)

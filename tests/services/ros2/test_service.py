@@ -10,10 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from lariat.configuration import ConfigurationError
 from lariat.scenario import Scenario, load
 from lariat.scenario.sections import Ros2, Ros2Topic
+from lariat.scenario.settings import load_with
 from services.ros2.options import Ros2Options
 from services.ros2.service import Ros2Service
 from shared import topics
@@ -32,11 +35,12 @@ from shared.messages import (
     SceneRequest,
     TaskRequest,
     TaskState,
+    timestamp,
 )
 from shared.ros2.actions import ActionClient, Status
 from shared.ros2.node import Node
 from shared.ros2.outputs import outputs
-from shared.ros2.types import SHAPE_ROPE, header, ros, vector
+from shared.ros2.types import SHAPE_ROPE, header, nanoseconds, ros, vector
 from shared.ros2.wire import LATCHED, Qos
 from shared.runtime.service import Mailbox, Publication, Received
 from shared.topics import Topic
@@ -127,18 +131,32 @@ def test_the_rope_is_a_cloud_with_arc_length_and_sigma(bench: Bench):
     assert (got[0].header.frame_id, got[0].header.stamp.nanosec) == ("world", 5)
 
 
-def test_the_clock_is_that_of_the_simulated_plant(bench: Bench):
-    heard = bench.node.subscription("/clock", "rosgraph_msgs/msg/Clock")
+@pytest.mark.parametrize("source", ["truth", "camera"])
+def test_the_clock_is_that_of_the_simulated_plant(source: str):
+    bench = Bench(load_with("three-cylinders", {"sensing.source": source}))
+    heard = bench.node.subscription("/clock", "rosgraph_msgs/msg/Clock", Qos(depth=100))
+    stamps: list[int] = []
     got: list[Any] = []
 
     def arrived() -> bool:
-        bench.deliver(topics.ROPE_TRUTH, NodeChain(stamp=3 * 10**9 + 7))
+        stamps.append(len(stamps) * 10**9 + 7)
+        if source == "truth":
+            bench.deliver(topics.ROPE_TRUTH, NodeChain(stamp=stamps[-1]))
+        else:
+            at = timestamp(stamps[-1])
+            bench.deliver(topics.CAMERA_COLOR.at("overhead"), CompressedImage(timestamp=at))
+            bench.deliver(topics.CAMERA_DEPTH.at("overhead"), RawImage(timestamp=at))
         bench.step()
         got.extend(heard.take())
         return bool(got)
 
-    until(arrived)
-    assert (got[0].clock.sec, got[0].clock.nanosec) == (3, 7)
+    try:
+        until(arrived)
+        assert nanoseconds(got[0].clock) in stamps
+        reads = {topic.key for topic in bench.service.reads}
+        assert (topics.ROPE_TRUTH.key in reads) == (source == "truth")
+    finally:
+        bench.close()
 
 
 def test_poses_of_the_rope_have_z_along_it(bench: Bench):
@@ -262,8 +280,13 @@ def test_a_hold_is_answered_by_the_gateway(bench: Bench):
     asked = call(bench, "hold")
     bench.until(lambda: bench.requests(ArmCommand))
     (hold,) = bench.requests(ArmCommand)
+    # A command that came right after it hides the answer: it is sent again.
     bench.deliver(topics.ARM_STATE, ArmStates(last_command=hold.id))
     bench.deliver(topics.ARM_STATE, ArmStates(last_command="of-a-person"))
+    bench.step()
+    assert asked.take() is None
+    assert [each.id for each in bench.requests(ArmCommand)] == [hold.id, hold.id]
+    bench.deliver(topics.ARM_STATE, ArmStates(last_command=hold.id))
     answers: list[Any] = []
     bench.until(lambda: answers.append(asked.take()) or answers[-1])
     assert (answers[-1].success, answers[-1].message) == (True, "")
@@ -279,6 +302,7 @@ def test_all_who_ask_for_a_hold_at_a_time_are_answered_by_one(bench: Bench):
     # A state names the newest command alone.
     bench.deliver(topics.ARM_STATE, ArmStates(last_command=hold.id))
     bench.until(lambda: all(each.replies for each in asked))
+    assert len(bench.requests(ArmCommand)) == 1
     answers = [each.take() for each in asked]
     assert all(answer is not None and answer.success for answer in answers)
 

@@ -21,10 +21,12 @@ from shared.messages import (
     TaskState,
     grip,
 )
+from shared.messages.validation import decode
 from shared.ros2.node import Node, Request
 from shared.ros2.table import Table
 from shared.ros2.types import TRIGGER, ros, wxyz, xyz
 from shared.runtime.service import Inbox, Publication
+from shared.topics import Topic
 
 ANSWER_TIMEOUT = 3 * SECOND
 """Longest wait for the answer to a request [ns]."""
@@ -87,9 +89,9 @@ class Commands:
         for message in self._objects.take():
             with self._door.guard("ROS 2 collision_object"):
                 for action, obstacle in scene_changes(message, _scene(inbox), self._world):
-                    request = SceneRequest(
-                        id=self._next(now), stamp=now, action=action, obstacle=obstacle
-                    )
+                    request = SceneRequest(stamp=now, action=action, obstacle=obstacle)
+                    request = _checked(topics.SCENE_REQUEST, request)
+                    request.id = self._next(now)
                     self._queued.append(Publication(topics.SCENE_REQUEST, request))
         self._answer(inbox, now)
         # One hold for all who ask before it is answered: a state names the newest command alone.
@@ -120,7 +122,9 @@ class Commands:
 
     def goal_of(self, message: Any) -> Goal:
         """Return the goal of a message; see `goal_of_poses`."""
-        return goal_of_poses(message, self._world)
+        goal = goal_of_poses(message, self._world)
+        request = TaskRequest(action=TaskRequest.SET_GOAL, goal=goal)
+        return _checked(topics.TASK_REQUEST, request).goal
 
     def _next(self, now: int, asked: tuple[Request, ...] = ()) -> str:
         """Id of a new request, whose answer is waited for."""
@@ -149,6 +153,15 @@ class Commands:
             asked.reply(ros(f"{TRIGGER}_Response", success=success, message=message))
         if not pending.asked and not success:
             self._door.refuse("ROS 2 request", message)
+
+
+def _checked(topic: Topic, request: Any) -> Any:
+    """Request as its readers take it.
+
+    Raises:
+        ValueError: They would refuse it, without an answer.
+    """
+    return decode(topic, request.SerializeToString())
 
 
 def goal_of_poses(message: Any, world: str) -> Goal:

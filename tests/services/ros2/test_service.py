@@ -337,11 +337,26 @@ def test_poses_become_a_goal(bench: Bench, places: list, positions: list):
     assert list(request.goal.right.position) == list(places[-1])
 
 
-def test_goals_in_other_frames_are_refused(bench: Bench):
+@pytest.mark.parametrize(
+    "message",
+    [
+        goal((0, 0, 0), (1, 0, 0), frame="camera"),
+        goal((0, 0, 0)),
+        goal((0, 0, np.nan), (1, 0, 0)),
+        goal((0, 0, 0), (np.inf, 0, 0), (1, 0, 0)),
+        goal((0, 0, 0), (1e300, 0, 0)),
+    ],
+    ids=["frame", "one pose", "not a number", "infinite", "far"],
+)
+def test_goals_that_the_controller_would_not_take_are_refused(bench: Bench, message: Any):
     publisher = bench.node.publisher("/lariat/goal", "geometry_msgs/msg/PoseArray")
-    until(lambda: publisher.matched)
-    publisher.put(goal((0, 0, 0), (1, 0, 0), frame="camera"))
+    client = ActionClient(bench.node, "/lariat/shape_rope", SHAPE_ROPE)
+    until(lambda: publisher.matched and client.matched)
+    publisher.put(message)
     bench.until(lambda: bench.service.door.refused)
+    sent = client.send(ros(f"{SHAPE_ROPE}_Goal", goal=message))
+    bench.until(lambda: sent.poll() or sent.accepted is not None)
+    assert sent.accepted is False
     assert not bench.requests(TaskRequest)
 
 

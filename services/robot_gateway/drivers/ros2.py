@@ -210,9 +210,14 @@ class Ros2Arm:
         if not places.keys() >= set(self._names) or len(message.position) != len(message.name):
             return False
         order = [places[name] for name in self._names]
-        self._joints = np.asarray(message.position, float)[order]
+        joints = np.asarray(message.position, float)[order]
+        # ros2_control writes NaN for what it has not read.
+        if not np.isfinite(joints).all():
+            return False
         whole = len(message.velocity) == len(message.name)
-        self._velocities = np.asarray(message.velocity, float)[order] if whole else None
+        velocities = np.asarray(message.velocity, float)[order] if whole else np.array([np.nan])
+        self._joints = joints
+        self._velocities = velocities if np.isfinite(velocities).all() else None
         return True
 
     def _trajectory(self, target: Joints, lookahead: int) -> Any:

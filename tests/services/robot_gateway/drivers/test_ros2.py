@@ -17,6 +17,7 @@ from lariat.scenario.extensions import Extension
 from lariat.scenario.sections import DRIVERS, Limits
 from services.robot_gateway.drivers.joint_arm import JointArmDriver
 from services.robot_gateway.drivers.ros2 import POINT_PERIOD, Ros2Arm
+from shared.ros2.types import ros
 from tests.robots import UR5
 from tests.services.robot_gateway.drivers.trajectory_controller import (
     CONTROLLER,
@@ -174,6 +175,15 @@ def test_silence_is_a_lost_link(bench: Bench):
     began = time.monotonic()
     until(lambda: bench.step(START).fault == "lost_link")
     assert time.monotonic() - began < 0.5
+
+
+def test_what_ros2_control_has_not_read_is_not_known(bench: Bench):
+    controller, state = bench.controller, bench.controller._state
+    controller._state = lambda velocities: state(np.full(6, np.nan))
+    bench.enable()
+    unread = ros("sensor_msgs/msg/JointState", name=controller._names, position=np.full(6, np.nan))
+    controller._state = lambda velocities: unread
+    until(lambda: bench.step(START).fault == "lost_link")
 
 
 def test_a_controller_that_is_gone_is_named(bench: Bench):

@@ -103,29 +103,27 @@ def factorize_unsymmetric(ni: Integers, w33: Matrices33, rod: ti.i32, step: ti.i
         cofactors, determinant = adjugate(d)
         if d[0, 0] <= 0.0 or cofactors[2, 2] <= 0.0 or determinant <= 0.0:
             definite = 0.0
-        scale = ti.select(determinant == 0.0, 0.0, 1.0 / determinant)
-        inverse = scale * cofactors
+        inverse = ti.select(determinant == 0.0, 0.0, 1.0 / determinant) * cofactors
         w33[m] = inverse
         w33[r] = inverse.transpose()
         if j + 1 < end:
-            left = near @ cofactors
-            d = d_next - scale * (left @ above)
-            w33[m + 1] = scale * left
-            w33[r + 1] = scale * (cofactors @ above).transpose()
+            left = near @ inverse
+            d = d_next - left @ above
+            w33[m + 1] = left
+            w33[r + 1] = (inverse @ above).transpose()
             if j + 2 < end:
                 far = w33[m + 2]
-                far_above = w33[r + 2] + far
+                far_above = (w33[r + 2] + far).transpose()
                 near_next = w33[m + 4]
                 above_next = w33[r + 4]
                 if j + 3 < end:
                     above_next += near_next
-                far_above = far_above.transpose()
-                far_left = far @ cofactors
-                near = near_next - scale * (far_left @ above)
-                above = above_next.transpose() - scale * (left @ far_above)
-                d_next = w33[m + 6] - scale * (far_left @ far_above)
-                w33[m + 2] = scale * far_left
-                w33[r + 2] = scale * (cofactors @ far_above).transpose()
+                far_left = far @ inverse
+                near = near_next - far_left @ above
+                above = above_next.transpose() - left @ far_above
+                d_next = w33[m + 6] - far_left @ far_above
+                w33[m + 2] = far_left
+                w33[r + 2] = (inverse @ far_above).transpose()
     return definite
 
 

@@ -35,13 +35,19 @@ from lariat.rod.kernels.memory import (
     add,
     add33,
     bounded,
+    lane_count,
     load3,
     load4,
     load33,
     load_column,
+    load_lane3,
+    load_lane4,
+    load_lane33,
     store,
     store33,
     store_column,
+    store_lane,
+    store_lane33,
 )
 from lariat.rod.kernels.rotations import (
     cross_matrix,
@@ -62,6 +68,8 @@ from lariat.rod.launch.layout import (
     FROZEN_FRICTION_WIDTH,
     GROUP_COLUMNS,
     HISTORY_SLOTS,
+    LANE_COUNT,
+    LANE_STRIDE,
     OBSTACLE_WIDTH,
     FrictionContact,
     FrozenFriction,
@@ -123,164 +131,203 @@ def moment_arm(ni: ti.template(), w: ti.template(), rod, step, entry):
 
 @ti.real_func
 def friction_energy(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32, part: ti.i32) -> ti.f64:
-    """Add energy, gradient and Hessian of friction at all samples that touch, edge by edge.
+    """Add energy, gradient and Hessian of friction at all samples that touch.
 
-    The blocks of the transposed Hessian get the differences from those of the Hessian. With
-    b = n x d for a sample that slides along d, else b = d = 0, the pull changes by
+    The blocks of the transposed Hessian get the differences from those of the Hessian. With the
+    direction d in which a sample slides, or d = 0 where it sticks, the pull t changes by
 
-        secant (I - n n^T - d d^T) du,  and turns, r w x n in u, by  secant ([n] + d b^T) r w.
+        secant (I - n n^T - d d^T) du,
+
+    where rotations w of the edge change u by r n x w. The moment of the pull follows n x t.
     """
-    energy = 0.0
     mode = w[rod + ni[Section.FRICTION_CONTACTS] + 1]
     k = friction_stiffness(ni, w, rod)
     radius = surface_radius(ni, w, rod)
     exact = ti.select(part == HessianPart.POSITIVE, 0.0, 1.0)
-    zero = ti.Matrix.zero(ti.f64, 3, 3)
-    identity = ti.Matrix.identity(ti.f64, 3)
-    if part != HessianPart.NONE:
+    with_hessian = part != HessianPart.NONE
+    if with_hessian:
+        zero = ti.Matrix.zero(ti.f64, 3, 3)
         for j in range(2 * ni[Header.NODES] - 1):
             m = transposed_at(ni, rod, step, j)
             store33(w, m + 9, zero)
             store33(w, m + 18, zero)
     for_derivatives = mode == FrictionMode.FINAL and ni[Header.DERIVATIVES] > 0
+    with_blocks = with_hessian or for_derivatives
+    as_before = ti.select(mode == FrictionMode.FIRST, 1.0, 0.0)
+    lanes = bounded(rod + ni[Section.LANES])
     count = contact_count(ni, w, rod)
-    a = 0
-    while a < count:
-        edge = ti.cast(w[contact_at(ni, rod, a) + FrictionContact.EDGE], ti.i32)
-        q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, edge))
-        q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
-        relative = relative_rotation(q1, q)
-        theta = logarithm(relative)
-        by_turn = rotation_matrix(q1)
-        turn = by_turn @ theta
-        frame = rotation_matrix(q)
-        if part == HessianPart.POSITIVE:
-            by_turn = frame
-        else:
-            c, _d = log_coefficients(relative)
-            by_turn = by_turn @ left_jacobian_inverse(theta, c).transpose()
-        at = position_at(ni, rod, step + HISTORY_SLOTS, edge)
-        before = position_at(ni, rod, step + HISTORY_SLOTS - 1, edge)
-        start = load3(w, at)
-        end = load3(w, at + 3)
-        moved_start = start - load3(w, before)
-        moved_end = end - load3(w, before + 3)
-        # Sums over the samples of the edge, in the world frame; 0 and 1 are its nodes.
-        pull_0 = ti.Vector([0.0, 0.0, 0.0])
-        pull_1 = pull_0
-        torque = pull_0
-        by_00 = zero
-        by_01 = zero
-        by_11 = zero
-        torque_by_0 = zero
-        torque_by_1 = zero
-        turning_0 = zero
-        turning_1 = zero
-        torque_turning = zero
-        while (
-            a < count and ti.cast(w[contact_at(ni, rod, a) + FrictionContact.EDGE], ti.i32) == edge
-        ):
-            entry = contact_at(ni, rod, a)
-            a += 1
+    for strip in range((count + LANE_COUNT - 1) // LANE_COUNT):
+        first = LANE_COUNT * strip
+        width = ti.min(LANE_COUNT, count - first)
+        for lane in range(width):
+            at = lanes + lane
+            entry = contact_at(ni, rod, first + lane)
+            edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
             pair = ti.cast(w[entry + FrictionContact.PAIR], ti.i32)
+            frozen = frozen_at(ni, rod, pair)
             s = w[entry + FrictionContact.PLACE]
-            n = load3(w, entry + FrictionContact.NORMAL)
+            place = position_at(ni, rod, step + HISTORY_SLOTS, edge)
+            before = position_at(ni, rod, step + HISTORY_SLOTS - 1, edge)
+            moved = sample_between(w, place, s) - sample_between(w, before, s)
+            store_lane(w, at, 0, moved + load3(w, slip_at(ni, rod, step, pair)))
+            store_lane(w, at, 3, load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, edge)))
+            store_lane(w, at, 7, load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge)))
+            store_lane(w, at, 11, load3(w, entry + FrictionContact.NORMAL))
             coefficient = w[entry + FrictionContact.COEFFICIENT]
-            force = w[entry + FrictionContact.NORMAL_FORCE]
-            moved = (1.0 - s) * moved_start + s * moved_end
-            moved += load3(w, slip_at(ni, rod, step, pair)) - radius * turn.cross(n)
+            known = mode <= FrictionMode.NEWTON and w[frozen + FrozenFriction.LIMIT] > 0.0
+            numbers = ti.Vector(
+                [
+                    coefficient * w[entry + FrictionContact.NORMAL_FORCE],
+                    exact * coefficient * w[entry + FrictionContact.NORMAL_STIFFNESS],
+                    ti.select(known, 1.0, 0.0),
+                ]
+            )
+            store_lane(w, at, 14, numbers)
+            store_lane(w, at, 17, load3(w, frozen + FrozenFriction.DIRECTION))
+            if with_blocks:
+                store_lane33(w, at, 20, load33(w, entry + FrictionContact.CURVATURE))
+        for lane in range(lane_count(width)):
+            at = lanes + lane
+            q1, q = load_lane4(w, at, 3), load_lane4(w, at, 7)
+            n, slid = load_lane3(w, at, 11), load_lane3(w, at, 17)
+            limit = w[at + LANE_STRIDE * 14]
+            known = w[at + LANE_STRIDE * 16]
+            turn = rotation_matrix(q1) @ logarithm(relative_rotation(q1, q))
+            moved = load_lane3(w, at, 0) - radius * turn.cross(n)
             off = n.dot(moved)
             u = moved - off * n
             size = ti.sqrt(u.dot(u)) + 1e-300
-            slides = ti.select(k * size > coefficient * force, 1.0, 0.0)
-            frozen = frozen_at(ni, rod, pair)
-            limit = w[frozen + FrozenFriction.LIMIT]
-            slid = load3(w, frozen + FrozenFriction.DIRECTION)
-            if mode == FrictionMode.FIRST and limit > 0.0:
-                # The first iterate of a solve slides where the solve before did.
-                slides = ti.select(slid.dot(slid) > 0.0, 1.0, 0.0)
-            if mode <= FrictionMode.NEWTON and limit > 0.0 and u.dot(slid) < 0.0:
-                # A sample that turns back sticks in the next linear solve, whatever force that
-                # takes.
-                slides = 0.0
-            secant = ti.select(slides > 0.0, coefficient * force / size, k)
-            frozen_energy = 0.0
-            if mode == FrictionMode.LINE_SEARCH and limit > 0.0:
-                accepted = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * edge)
-                n0 = load3(w, frozen + FrozenFriction.NORMAL)
-                turn0 = rotation_matrix(accepted) @ logarithm(relative_rotation(accepted, q))
-                v = (1.0 - s) * start + s * end - radius * turn0.cross(n0)
-                v -= sample_between(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * edge, s)
-                v += load3(w, frozen + FrozenFriction.SLIP)
-                v -= n0.dot(v) * n0
-                frozen_energy = limited_energy(ti.sqrt(v.dot(v)), limit, k)
-            energy += frozen_energy
-            w[entry + FrictionContact.FROZEN_ENERGY] = frozen_energy
+            slides = ti.select(k * size > limit, 1.0, 0.0)
+            # The first iterate of a solve slides where the solve before did.
+            slid_before = ti.select(slid.dot(slid) > 0.0, 1.0, 0.0)
+            slides = ti.select(as_before * known > 0.0, slid_before, slides)
+            # A sample that turns back sticks in the next linear solve, whatever force that takes.
+            slides = ti.select(known * u.dot(slid) < 0.0, 0.0, slides)
+            secant = ti.select(slides > 0.0, limit / size, k)
             pull = secant * u
-            along = (slides / size) * u
-            store(w, entry + FrictionContact.SLIP, u)
-            store(w, entry + FrictionContact.DIRECTION, along)
-            store(w, entry + FrictionContact.PULL, pull)
-            pull_0 += (1.0 - s) * pull
-            pull_1 += s * pull
-            torque += n.cross(pull)
-            if part != HessianPart.NONE or for_derivatives:
-                stiffening = exact * coefficient * w[entry + FrictionContact.NORMAL_STIFFNESS]
-                aside = n.cross(along)
-                by_slip = secant * (identity - n.outer_product(n) - along.outer_product(along))
-                by_sample = by_slip - (stiffening * along).outer_product(n)
-                turning = secant * (cross_matrix(n) + along.outer_product(aside))
-                torque_by = secant * (cross_matrix(n) - aside.outer_product(along))
-                torque_by -= (stiffening * aside).outer_product(n)
-                curvature = load33(w, entry + FrictionContact.CURVATURE)
-                if part != HessianPart.POSITIVE and curvature.trace() != 0.0:
-                    bent = radius * (by_slip @ cross_matrix(turn) @ curvature)
-                    bent += (secant * off) * (curvature - along.outer_product(curvature @ along))
-                    bent += n.outer_product(curvature @ pull)
-                    by_sample -= bent
-                    torque_by -= cross_matrix(n) @ bent + cross_matrix(pull) @ curvature
-                by_00 += ((1.0 - s) * (1.0 - s)) * by_sample
-                by_01 += (s * (1.0 - s)) * by_sample
-                by_11 += (s * s) * by_sample
-                torque_by_0 += (1.0 - s) * torque_by
-                torque_by_1 += s * torque_by
-                turning_0 += (1.0 - s) * turning
-                turning_1 += s * turning
-                torque_turning += secant * (
-                    n.outer_product(n) + aside.outer_product(aside) - identity
-                )
-                if for_derivatives:
-                    store33(w, entry + FrictionContact.BY_SAMPLE, by_sample)
-                    store33(w, entry + FrictionContact.BY_ROTATION, radius * (turning @ by_turn))
-                    store33(w, entry + FrictionContact.BY_SLIP, by_slip)
-                    store(w, entry + FrictionContact.BY_COEFFICIENT, force * along)
-        g = rod + ni[Section.GRADIENT] + 6 * edge
-        lever = -radius * frame.transpose()
-        moment = lever @ torque
-        add(w, g, pull_0)
-        add(w, g + 3, moment)
-        add(w, g + 6, pull_1)
-        if part != HessianPart.NONE:
+            store_lane(w, at, 29, u)
+            store_lane(w, at, 32, (slides / size) * u)
+            store_lane(w, at, 35, pull)
+            store_lane(w, at, 38, -radius * (rotation_matrix(q).transpose() @ n.cross(pull)))
+            store_lane(w, at, 41, turn)
+            store_lane(w, at, 44, ti.Vector([secant, off]))
+        for lane in range(ti.select(with_blocks, lane_count(width), 0)):
+            at = lanes + lane
+            q1, q = load_lane4(w, at, 3), load_lane4(w, at, 7)
+            n, along = load_lane3(w, at, 11), load_lane3(w, at, 32)
+            pull, turn = load_lane3(w, at, 35), load_lane3(w, at, 41)
+            stiffening = w[at + LANE_STRIDE * 15]
+            secant, off = w[at + LANE_STRIDE * 44], w[at + LANE_STRIDE * 45]
+            curvature = exact * load_lane33(w, at, 20)
+            relative = relative_rotation(q1, q)
+            c, _d = log_coefficients(relative)
+            frame = rotation_matrix(q)
+            inverse = left_jacobian_inverse(logarithm(relative), c)
+            by_turn = rotation_matrix(q1) @ inverse.transpose()
+            for a in ti.static(range(3)):
+                for b in ti.static(range(3)):
+                    by_turn[a, b] = ti.select(exact > 0.0, by_turn[a, b], frame[a, b])
+            by_slip = -secant * (n.outer_product(n) + along.outer_product(along))
+            for a in ti.static(range(3)):
+                by_slip[a, a] += secant
+            by_sample = by_slip - (stiffening * along).outer_product(n)
+            by_sample -= radius * (rows_cross(by_slip, turn) @ curvature)
+            by_sample -= n.outer_product(curvature @ pull)
+            by_sample -= (secant * off) * (curvature - along.outer_product(curvature @ along))
+            turning = radius * (rows_cross(by_slip, n) @ by_turn)
+            lever = -radius * frame.transpose()
+            torque_by = cross_columns(n, by_sample) - cross_columns(pull, curvature)
             # A turn of the edge moves the surface by the transpose of the lever, but for a long
             # step. The energies leave out half of the cross matrix of their moments, which add up
             # to zero with this one at the solution.
-            moment_by_0 = lever @ torque_by_0
-            moment_by_1 = lever @ torque_by_1
-            by_rotation_0 = radius * (turning_0 @ by_turn)
-            by_rotation_1 = radius * (turning_1 @ by_turn)
-            moment_by_rotation = radius * (lever @ torque_turning @ by_turn)
-            moment_by_rotation += (0.5 * exact) * cross_matrix(moment)
-            m = hessian_at(ni, rod, step, 2 * edge)
-            r = transposed_at(ni, rod, step, 2 * edge)
-            add33(w, m, by_00)
-            add33(w, m + 9, moment_by_0)
-            add33(w, m + 18, by_01)
-            add33(w, m + 27, moment_by_rotation)
-            add33(w, m + 36, by_rotation_1)
-            add33(w, m + 54, by_11)
-            add33(w, r + 9, by_rotation_0.transpose() - moment_by_0)
-            add33(w, r + 18, by_01.transpose() - by_01)
-            add33(w, r + 36, moment_by_1.transpose() - by_rotation_1)
+            by_rotation = lever @ cross_columns(n, turning)
+            by_rotation += (0.5 * exact) * cross_matrix(load_lane3(w, at, 38))
+            # The results take the places of what has been read.
+            store_lane33(w, at, 0, lever @ torque_by)
+            store_lane33(w, at, 9, turning)
+            store_lane33(w, at, 20, by_sample)
+            store_lane33(w, at, 41, by_rotation)
+        for lane in range(width):
+            at = lanes + lane
+            entry = contact_at(ni, rod, first + lane)
+            edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
+            s = w[entry + FrictionContact.PLACE]
+            g = rod + ni[Section.GRADIENT] + 6 * edge
+            pull, along = load_lane3(w, at, 35), load_lane3(w, at, 32)
+            store(w, entry + FrictionContact.SLIP, load_lane3(w, at, 29))
+            store(w, entry + FrictionContact.DIRECTION, along)
+            store(w, entry + FrictionContact.PULL, pull)
+            add(w, g, (1.0 - s) * pull)
+            add(w, g + 3, load_lane3(w, at, 38))
+            add(w, g + 6, s * pull)
+            if with_hessian:
+                moment_by = load_lane33(w, at, 0)
+                turning = load_lane33(w, at, 9)
+                by_sample = load_lane33(w, at, 20)
+                m = hessian_at(ni, rod, step, 2 * edge)
+                r = transposed_at(ni, rod, step, 2 * edge)
+                add33(w, m, ((1.0 - s) * (1.0 - s)) * by_sample)
+                add33(w, m + 9, (1.0 - s) * moment_by)
+                add33(w, m + 18, (s * (1.0 - s)) * by_sample)
+                add33(w, m + 27, load_lane33(w, at, 41))
+                add33(w, m + 36, s * turning)
+                add33(w, m + 54, (s * s) * by_sample)
+                add33(w, r + 9, (1.0 - s) * (turning.transpose() - moment_by))
+                add33(w, r + 18, (s * (1.0 - s)) * (by_sample.transpose() - by_sample))
+                add33(w, r + 36, s * (moment_by.transpose() - turning))
+            if for_derivatives:
+                n = load3(w, entry + FrictionContact.NORMAL)
+                force = w[entry + FrictionContact.NORMAL_FORCE]
+                sliding = along.dot(along) > 0.0
+                secant = ti.select(sliding, pull.dot(along) / load_lane3(w, at, 29).dot(along), k)
+                by_slip = -secant * (n.outer_product(n) + along.outer_product(along))
+                for a in ti.static(range(3)):
+                    by_slip[a, a] += secant
+                store33(w, entry + FrictionContact.BY_SAMPLE, load_lane33(w, at, 20))
+                store33(w, entry + FrictionContact.BY_ROTATION, load_lane33(w, at, 9))
+                store33(w, entry + FrictionContact.BY_SLIP, by_slip)
+                store(w, entry + FrictionContact.BY_COEFFICIENT, force * along)
+    energy = 0.0
+    if mode == FrictionMode.LINE_SEARCH:
+        energy = frozen_energy(ni, w, rod, step)
+    return energy
+
+
+@ti.func
+def rows_cross(m, v):
+    """m [v]x, without products with zeros."""
+    return ti.Matrix.rows([ti.Vector([m[a, 0], m[a, 1], m[a, 2]]).cross(v) for a in range(3)])
+
+
+@ti.func
+def cross_columns(v, m):
+    """[v]x m, without products with zeros."""
+    return ti.Matrix.cols([v.cross(ti.Vector([m[0, a], m[1, a], m[2, a]])) for a in range(3)])
+
+
+@ti.real_func
+def frozen_energy(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32) -> ti.f64:
+    """Energy of friction at the limits of the iterate that a line search has accepted."""
+    energy = 0.0
+    k = friction_stiffness(ni, w, rod)
+    radius = surface_radius(ni, w, rod)
+    for a in range(contact_count(ni, w, rod)):
+        entry = contact_at(ni, rod, a)
+        edge = ti.cast(w[entry + FrictionContact.EDGE], ti.i32)
+        frozen = frozen_at(ni, rod, ti.cast(w[entry + FrictionContact.PAIR], ti.i32))
+        limit = w[frozen + FrozenFriction.LIMIT]
+        s = w[entry + FrictionContact.PLACE]
+        q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
+        accepted = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * edge)
+        n = load3(w, frozen + FrozenFriction.NORMAL)
+        turn = rotation_matrix(accepted) @ logarithm(relative_rotation(accepted, q))
+        u = sample_between(w, position_at(ni, rod, step + HISTORY_SLOTS, edge), s)
+        u -= sample_between(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * edge, s)
+        u += load3(w, frozen + FrozenFriction.SLIP) - radius * turn.cross(n)
+        u -= n.dot(u) * n
+        of = limited_energy(ti.sqrt(u.dot(u)), limit, k)
+        w[entry + FrictionContact.FROZEN_ENERGY] = of
+        energy += of
     return energy
 
 

@@ -185,11 +185,15 @@ def update_sets(ni: Integers, w: Doubles, rod: ti.i32, step: ti.i32) -> ti.i32:
     yields = w[time_at(ni, rod, step) + TimeRow.YIELDS]
     for j in range(ni[Header.NODES] - 2):
         u, _inverse, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
+        length = bend_length(ni, w, rod, j)
         for k in range(ni[Header.LAYERS]):
-            e, kept, _size, _slope = layer_return(ni, w, rod, step, j, k, u)
-            more = (yields * (1.0 - kept) / bend_length(ni, w, rod, j)) * e
-            before = load3(w, set_at(ni, rod, step, j) + 3 * k)
-            store(w, set_at(ni, rod, step + 1, j) + 3 * k, before + more)
+            e, scaled = elastic_part(ni, w, rod, step, j, k, u)
+            limit = length * w[layer_at(ni, rod, k) + LayerRow.LIMIT]
+            size2 = e.dot(scaled)
+            kept = load3(w, set_at(ni, rod, step, j) + 3 * k)
+            if size2 > limit * limit:
+                kept += (yields * (1.0 - limit / ti.sqrt(size2)) / length) * e
+            store(w, set_at(ni, rod, step + 1, j) + 3 * k, kept)
     return 0
 
 

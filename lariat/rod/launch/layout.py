@@ -363,8 +363,8 @@ LANE_COUNT = 32
 """Most neighbours that are evaluated side by side; a multiple of the lanes of a processor."""
 LANE_STRIDE = LANE_COUNT + 8
 """Distance of the terms of an edge or bend in their section; neighbours lie next to each other."""
-LANE_TERMS = 41
-"""Most terms of an edge or a bend."""
+LANE_TERMS = 50
+"""Most terms of an edge, a bend or a sample with friction."""
 BEND_LANE_ROTATION = 38
 """First term of a bend's rotation vector."""
 LAYER_WIDTH = 3

@@ -49,7 +49,7 @@ MAX_STRAND_SAMPLES = 8
 """Most points of an edge that are tested for contact with other edges."""
 SELF_CONTACTS_PER_NODE, MAX_SELF_CONTACTS = 8, 512
 """Capacity for self-contacts: per node, and in all."""
-FRICTION_TOLERANCE_FACTOR = 0.01
+FRICTION_TOLERANCE_FACTOR = 0.1
 """Factor on the tolerance of a solve with friction, whose slips are as small as it [-]."""
 DERIVATIVE_TOLERANCE_FACTOR = 0.01
 """Factor on the tolerance of a solve when derivatives in parameters are requested [-]."""

@@ -88,7 +88,11 @@ class PathWatch:
         if limited and self.pulled(self._rope.estimator.state.positions):
             return True
         deviation = self._rope.predictions.deviation
-        if not self._controller.at_end and (self._paths.outdated() or self.unforeseen(deviation)):
+        # A rope within tolerance of its goal needs no other path. On a support it moves otherwise
+        # than predicted where the friction is another, which no other path mends.
+        near = self._controller.at_end or self._progress.error <= self._progress.tolerance
+        leans = self._rope.estimator.leaning
+        if not near and (self._paths.outdated() or (not leans and self.unforeseen(deviation))):
             return True
         threat = self._guard.check(
             self._rope.observed,

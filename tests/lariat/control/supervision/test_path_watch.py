@@ -51,6 +51,27 @@ def test_wrong_predictions_need_a_more_careful_path_twice(run: Run) -> None:
     assert run.task.clearance_margin == 0.02
 
 
+@pytest.mark.parametrize(
+    ("error", "leaning", "stops"),
+    [(0.02, False, True), (0.02, True, False), (0.004, False, False)],
+    ids=["on its way", "on a support", "within tolerance"],
+)
+def test_a_rope_on_a_support_or_at_its_goal_keeps_its_path_though_it_was_predicted_elsewhere(
+    run: Run, error: float, leaning: bool, stops: bool
+) -> None:
+    watch: Any = watch_of(run)
+    estimator = SimpleNamespace(leaning=leaning, nodes=None)
+    watch._rope = SimpleNamespace(
+        predictions=SimpleNamespace(deviation=0.016), observed=None, estimator=estimator
+    )
+    watch._controller.at_end, watch._controller.limits = False, SimpleNamespace(tension=None)
+    watch._guard = SimpleNamespace(check=lambda *_: None)
+    watch._scene = SimpleNamespace(avoided=(), goal_clearance=lambda _: np.inf)
+    run.progress.error, run.progress.tolerance = error, 0.005
+    command: Any = SimpleNamespace(plan=SimpleNamespace(nodes=None))
+    assert watch.must_stop(command) is stops
+
+
 def test_obstacle_in_the_rest_of_the_path_needs_another_one(run: Run) -> None:
     before, radius = run.task.replan_count, run.progress.radius
     watch_of(run, 0.1, *[0.3] * 4, radius + 0.006).review_scene()

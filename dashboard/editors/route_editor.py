@@ -13,7 +13,7 @@ from dashboard.markup import escaped
 from lariat.geometry.cable_routes import SIDES_OF_PEGS, clip_openings, legs_of, peg_of
 from lariat.geometry.obstacles import Obstacle
 
-NOTHING = "–"
+NOTHING: str = "–"
 """Entry of a drop-down list without choice."""
 MOVES = {"Up": -1, "Down": 1}
 """Displacements of a stop in the order, by the labels of their buttons [-]."""

@@ -160,6 +160,7 @@ def hostile(topics: Sequence[Topic], scenario: str) -> st.SearchStrategy[Message
             sequence=st.sampled_from((0, 1, 10**17, 10**18 - 1)) | st.integers(0, 1000),
             received=st.just(START),
             version=st.sampled_from([MESSAGE_VERSION] * 20 + [0, 99, 10**17]),
+            published=st.just(0),
         ).map(lambda raw: (topic, raw))
 
     drawn = st.sampled_from(topics).flatmap(of_topic)

@@ -40,7 +40,7 @@ class Guard:
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: object
-    ) -> bool:
+    ) -> bool | None:
         """Turn an exception into a refusal."""
         if not isinstance(error, Exception):
             return False

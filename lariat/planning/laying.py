@@ -13,6 +13,7 @@ import numpy as np
 
 from lariat.geometry.cable_routes import clip_names, clip_openings, held_clips, stops_of
 from lariat.geometry.poses import Pose
+from lariat.planning.arms.arm_check import arm_fault
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.shorter_path import stay
 from lariat.planning.time_parameterization import Pace
@@ -75,6 +76,7 @@ def plan_laying(problem: Problem, approach: Callable[[Problem], WholePath]) -> W
     if lost:
         miss = clip_openings(bodies)[lost[0]].miss(path.nodes[-1])
         reason = f"the rope does not come to lie in clip {lost[0]!r}: it {miss}"
+    reason = reason or str(arm_fault(problem, path.positions, path.orientations, path.dt) or "")
     if not reason:
         return path
     return replace(path, reached=False, reason=f"blocked: while it is laid, {reason}")

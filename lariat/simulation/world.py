@@ -39,6 +39,11 @@ class World:
         return self._plant.nodes
 
     @property
+    def tension(self) -> float:
+        """Largest tension along the true rope [N]."""
+        return self._plant.tension
+
+    @property
     def grips(self) -> tuple[Pose, Pose]:
         """Poses of the left and the right grip."""
         return self._ends[0].pose, self._ends[1].pose

@@ -174,6 +174,7 @@ class SimService:
                 positions=nodes.ravel().tolist(),
                 sigma=[0.0] * len(nodes),
                 observed=[True] * len(nodes),
+                tension=self._world.tension,
             ),
         )
         for camera in self._cameras:

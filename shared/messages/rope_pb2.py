@@ -24,7 +24,7 @@ _sym_db = _symbol_database.Default()
 
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1ashared/messages/rope.proto\x12\x06lariat\"m\n\tNodeChain\x12\r\n\x05stamp\x18\x01 \x01(\x03\x12\x11\n\tpositions\x18\x02 \x03(\x01\x12\r\n\x05sigma\x18\x03 \x03(\x01\x12\x10\n\x08observed\x18\x04 \x03(\x08\x12\x0c\n\x04lost\x18\x05 \x01(\t\x12\x0f\n\x07p_wrong\x18\x06 \x01(\x01\"+\n\x08RopeLine\x12\x11\n\tpositions\x18\x01 \x03(\x01\x12\x0c\n\x04seen\x18\x02 \x01(\x08\"[\n\tOtherRope\x12\n\n\x02id\x18\x01 \x01(\r\x12\x1f\n\x05lines\x18\x02 \x03(\x0b\x32\x10.lariat.RopeLine\x12\x10\n\x08\x64iameter\x18\x03 \x01(\x01\x12\x0f\n\x07p_wrong\x18\x04 \x01(\x01\"O\n\nOtherRopes\x12\r\n\x05stamp\x18\x01 \x01(\x03\x12\x10\n\x08revision\x18\x02 \x01(\x04\x12 \n\x05ropes\x18\x03 \x03(\x0b\x32\x11.lariat.OtherRopeb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1ashared/messages/rope.proto\x12\x06lariat\"~\n\tNodeChain\x12\r\n\x05stamp\x18\x01 \x01(\x03\x12\x11\n\tpositions\x18\x02 \x03(\x01\x12\r\n\x05sigma\x18\x03 \x03(\x01\x12\x10\n\x08observed\x18\x04 \x03(\x08\x12\x0c\n\x04lost\x18\x05 \x01(\t\x12\x0f\n\x07p_wrong\x18\x06 \x01(\x01\x12\x0f\n\x07tension\x18\x07 \x01(\x01\"+\n\x08RopeLine\x12\x11\n\tpositions\x18\x01 \x03(\x01\x12\x0c\n\x04seen\x18\x02 \x01(\x08\"[\n\tOtherRope\x12\n\n\x02id\x18\x01 \x01(\r\x12\x1f\n\x05lines\x18\x02 \x03(\x0b\x32\x10.lariat.RopeLine\x12\x10\n\x08\x64iameter\x18\x03 \x01(\x01\x12\x0f\n\x07p_wrong\x18\x04 \x01(\x01\"O\n\nOtherRopes\x12\r\n\x05stamp\x18\x01 \x01(\x03\x12\x10\n\x08revision\x18\x02 \x01(\x04\x12 \n\x05ropes\x18\x03 \x03(\x0b\x32\x11.lariat.OtherRopeb\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -32,11 +32,11 @@ _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'shared.messages.rope_pb2', 
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
   _globals['_NODECHAIN']._serialized_start=38
-  _globals['_NODECHAIN']._serialized_end=147
-  _globals['_ROPELINE']._serialized_start=149
-  _globals['_ROPELINE']._serialized_end=192
-  _globals['_OTHERROPE']._serialized_start=194
-  _globals['_OTHERROPE']._serialized_end=285
-  _globals['_OTHERROPES']._serialized_start=287
-  _globals['_OTHERROPES']._serialized_end=366
+  _globals['_NODECHAIN']._serialized_end=164
+  _globals['_ROPELINE']._serialized_start=166
+  _globals['_ROPELINE']._serialized_end=209
+  _globals['_OTHERROPE']._serialized_start=211
+  _globals['_OTHERROPE']._serialized_end=302
+  _globals['_OTHERROPES']._serialized_start=304
+  _globals['_OTHERROPES']._serialized_end=383
 # @@protoc_insertion_point(module_scope)

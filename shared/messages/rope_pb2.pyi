@@ -7,20 +7,22 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class NodeChain(_message.Message):
-    __slots__ = ("stamp", "positions", "sigma", "observed", "lost", "p_wrong")
+    __slots__ = ("stamp", "positions", "sigma", "observed", "lost", "p_wrong", "tension")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     SIGMA_FIELD_NUMBER: _ClassVar[int]
     OBSERVED_FIELD_NUMBER: _ClassVar[int]
     LOST_FIELD_NUMBER: _ClassVar[int]
     P_WRONG_FIELD_NUMBER: _ClassVar[int]
+    TENSION_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     positions: _containers.RepeatedScalarFieldContainer[float]
     sigma: _containers.RepeatedScalarFieldContainer[float]
     observed: _containers.RepeatedScalarFieldContainer[bool]
     lost: str
     p_wrong: float
-    def __init__(self, stamp: _Optional[int] = ..., positions: _Optional[_Iterable[float]] = ..., sigma: _Optional[_Iterable[float]] = ..., observed: _Optional[_Iterable[bool]] = ..., lost: _Optional[str] = ..., p_wrong: _Optional[float] = ...) -> None: ...
+    tension: float
+    def __init__(self, stamp: _Optional[int] = ..., positions: _Optional[_Iterable[float]] = ..., sigma: _Optional[_Iterable[float]] = ..., observed: _Optional[_Iterable[bool]] = ..., lost: _Optional[str] = ..., p_wrong: _Optional[float] = ..., tension: _Optional[float] = ...) -> None: ...
 
 class RopeLine(_message.Message):
     __slots__ = ("positions", "seen")

@@ -12,11 +12,9 @@ from lariat.geometry import polylines
 from lariat.geometry.cable_routes import clip_names, held_clips
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.obstacles import Obstacle
-from lariat.rod.strains import tensions
 from lariat.scenario import Goal, Scenario
 from lariat.simulation.distractors import MovingTubes
 from lariat.simulation.least_clearance import LeastClearance
-from lariat.simulation.plants.factory import true_properties
 from lariat.trajectory import NANOSECONDS, SECOND
 from services.sim.marked_obstacles import MarkedObstacles
 from shared import topics
@@ -55,8 +53,8 @@ class Scorer:
     """Stamp of the newest true rope [ns]."""
     min_distractor_clearance: float = np.inf
     """Least distance between the surfaces of rope and distractors [m]."""
-    max_tension: float | None = None
-    """Largest tension of the true rope, where the plant is a rod [N]."""
+    max_tension: float = 0.0
+    """Largest tension of the true rope [N]."""
     length_error: float = 0.0
     """Largest deviation of the true rope's length from its length at rest [m]."""
     errors: list[tuple[int, float, float]] = field(default_factory=list)
@@ -91,7 +89,6 @@ class Scorer:
         self._update_obstacles()
         self._distractors = MovingTubes(self.scenario.distractors)
         self._radius = self.scenario.plant_rope.diameter / 2.0
-        self._properties = true_properties(self.scenario)
         self._clearance = LeastClearance(self._radius)
         self._goal: Goal | None = None
         self._nodes: Float64[np.ndarray, "n 3"] | None = None
@@ -118,6 +115,7 @@ class Scorer:
             case topics.ROPE_TRUTH.key:
                 message = delivery.parse()
                 if self.started and message.stamp >= self.started:
+                    self.max_tension = max(self.max_tension, message.tension)
                     rope = TrueRope(message.stamp, chain(message.positions))
                     self._take_rope(rope)
                     self.horizon_error.take_rope(rope)
@@ -167,9 +165,6 @@ class Scorer:
             distances = np.linalg.norm(resampled - self._goal.nodes, axis=1)[self._goal.counted]
             self.errors.append((stamp, float(np.mean(distances)), float(np.max(distances))))
             self.angles.append(self._goal.angle(nodes))
-        if self.scenario.plant.model == "rod":
-            tension = float(np.max(tensions(nodes, self._properties)))
-            self.max_tension = max(self.max_tension or 0.0, tension)
         deviation = abs(polylines.length(nodes) - self.scenario.plant_rope.length)
         self.length_error = max(self.length_error, deviation)
         self._take_distractors(stamp, nodes)

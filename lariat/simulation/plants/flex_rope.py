@@ -101,6 +101,11 @@ class FlexRope:
         """Return the node positions, left end first [m]."""
         return state.flexvert_xpos[1:-1].copy()
 
+    def tensions(self, model: mujoco.MjModel, state: mujoco.MjData) -> Float64[np.ndarray, "n-1"]:
+        """Return the force that keeps the length of each edge; see `RopeModel`."""
+        del model
+        return -state.efc_force[state.efc_type == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)]
+
     def add_air_drag(self, state: mujoco.MjData) -> None:
         """Add the forces of the air on the free nodes; see `RopeModel.add_air_drag`."""
         axes = poses.normalized(np.gradient(self.nodes(state), axis=0)[1:-1])

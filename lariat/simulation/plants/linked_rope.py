@@ -132,6 +132,17 @@ class LinkedRope:
         halves = 0.5 * self.rope.edge_length * state.xmat[self._links].reshape(-1, 3, 3)[:, :, 2]
         return np.concatenate([centres - halves, centres[-1:] + halves[-1:]])
 
+    def tensions(self, model: mujoco.MjModel, state: mujoco.MjData) -> Float64[np.ndarray, "n-1"]:
+        """Return the force along each link at its joint towards the middle; see `RopeModel`.
+
+        Damping counts as a part of it. The middle link, which hangs on nothing, has none.
+        """
+        mujoco.mj_rnePostConstraint(model, state)
+        axes = state.xmat[self._links].reshape(-1, 3, 3)[:, :, 2]
+        # Of the neighbour on the right, left of the middle; of the one on the left, right of it.
+        along = np.sum(state.cfrc_int[self._links, 3:] * axes, axis=1)
+        return np.where(np.arange(len(along)) < self._middle, along, -along)
+
     def add_air_drag(self, state: mujoco.MjData) -> None:
         """Apply the forces of the air at the middles of the links; see `RopeModel.add_air_drag`."""
         axes = state.xmat[self._links].reshape(-1, 3, 3)[:, :, 2]

@@ -86,6 +86,11 @@ class MujocoPlant:
             self._moved = False
         return self._rope.nodes(self._state)
 
+    @property
+    def tension(self) -> float:
+        """Largest tension along the rope in the last step of the engine [N]."""
+        return max(0.0, float(np.max(self._rope.tensions(self._model, self._state))))
+
     def reset(
         self, left: Pose, right: Pose, guess: Float64[np.ndarray, "m 3"] | None = None
     ) -> None:

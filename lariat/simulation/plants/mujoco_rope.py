@@ -144,6 +144,10 @@ class RopeModel(Protocol):
         """Return the node positions, left end first [m]."""
         ...
 
+    def tensions(self, model: mujoco.MjModel, state: mujoco.MjData) -> Float64[np.ndarray, "n-1"]:
+        """Return the tension of each edge as the engine has it, positive where it is pulled [N]."""
+        ...
+
     def add_air_drag(self, state: mujoco.MjData) -> None:
         """Add the forces of the air to those that are applied in the next step."""
         ...

@@ -24,6 +24,11 @@ class Plant(Protocol):
         """Node positions, left end first [m]."""
         ...
 
+    @property
+    def tension(self) -> float:
+        """Largest tension along the rope [N]."""
+        ...
+
     def reset(
         self, left: Pose, right: Pose, guess: Float64[np.ndarray, "m 3"] | None = None
     ) -> None:

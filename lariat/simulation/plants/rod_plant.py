@@ -13,6 +13,7 @@ from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
+from lariat.rod.strains import tensions
 from lariat.simulation.plants.end_motion import EndMotion, interpolate
 
 MAX_ROD_STEP = 0.004
@@ -50,6 +51,11 @@ class RodPlant:
     def nodes(self) -> Float64[np.ndarray, "n 3"]:
         """Node positions, left end first [m]."""
         return self._state.positions.copy()
+
+    @property
+    def tension(self) -> float:
+        """Largest tension along the rope [N]."""
+        return max(0.0, float(np.max(tensions(self._state.positions, self._rod.properties))))
 
     def release(self, end: int) -> None:
         """Refuse to let the rope slip out of a grip.

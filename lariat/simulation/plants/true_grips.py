@@ -29,6 +29,11 @@ class TrueGripsPlant:
         self._errors = tuple(_error(grip) for grip in (grips.left, grips.right))
 
     @property
+    def tension(self) -> float:
+        """Largest tension along the rope [N]."""
+        return self._plant.tension
+
+    @property
     def nodes(self) -> Float64[np.ndarray, "n 3"]:
         """Node positions, left end first [m]."""
         return self._plant.nodes

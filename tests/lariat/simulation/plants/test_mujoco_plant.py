@@ -13,11 +13,13 @@ from lariat.configuration import ConfigurationError
 from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
+from lariat.rod import RodProperties
 from lariat.simulation.plants.end_motion import EndMotion
 from lariat.simulation.plants.flex_rope import FlexRope
 from lariat.simulation.plants.linked_rope import LinkedRope
 from lariat.simulation.plants.mujoco_plant import MujocoPlant
 from lariat.simulation.plants.mujoco_rope import MujocoRope
+from lariat.simulation.plants.rod_plant import RodPlant
 
 ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
 ROPE = MujocoRope(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0)
@@ -46,6 +48,25 @@ def lower(plant: MujocoPlant, depth: float) -> None:
     for z in np.linspace(0.0, -depth, 101)[1:]:
         plant.step(*ends(z, -depth), 0.01)
     plant.step(*ends(-depth, 0.0), 0.5)
+
+
+@both
+@pytest.mark.parametrize("gap", [0.3, 0.4, 0.44])
+def test_tension_is_that_of_a_rod_between_the_same_grips(kind: Kind, gap: float) -> None:
+    left, right = (Pose(np.array([x, 0.0, 0.3]), ALONG_X) for x in (-0.5 * gap, 0.5 * gap))
+    rope = replace(ROPE, node_count=100)
+    plant = MujocoPlant(kind(rope))
+    plant.reset(left, right)
+    rod = RodPlant(RodProperties(rope.length, rope.diameter, rope.linear_density, 1.0e6), 100)
+    rod.reset(left, right)
+    assert plant.tension == pytest.approx(rod.tension, rel=0.02)
+    # Pulled to one side at 0.1 m/s.
+    for k in range(1, 101):
+        shift, velocity = np.array([0.0, 0.001 * k, 0.0]), np.array([0.0, 0.1, 0.0])
+        ends = [EndMotion(Pose(p.position + shift, ALONG_X), velocity) for p in (left, right)]
+        plant.step(*ends, 0.01)
+        rod.step(*ends, 0.01)
+    assert plant.tension == pytest.approx(rod.tension, rel=0.05)
 
 
 @both

@@ -1,10 +1,13 @@
-"""Arms whose URDF and meshes the package `example-robot-data` carries."""
+"""Arms whose URDF and meshes the package `example-robot-data` carries, and arms of the guide."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from importlib.metadata import distribution
 from pathlib import Path
+
+from lariat.scenario import Scenario, load, parse
 
 
 @dataclass(frozen=True)
@@ -63,3 +66,15 @@ PANDA = Robot(
     (0.5, -0.5, 0.5, -0.5),
 )
 """Panda whose hand holds the rope from above."""
+
+
+def board_with_arms() -> Scenario:
+    """Scenario `harness-board` with the CR5s that the guide puts in the place of its ends."""
+    guide = (Path(__file__).parents[1] / "docs" / "guide" / "scenes.md").read_text()
+    (arms,) = re.findall(r'```toml\n(\[ends\.left\]\ndriver = "cr5".*?)```', guide, re.DOTALL)
+    board, ends = (
+        load("harness-board"),
+        "[ends.left]\nrotates = true\n\n[ends.right]\nrotates = true\n",
+    )
+    assert board.text.count(ends) == 1
+    return parse(board.text.replace(ends, arms), board.folder)

@@ -42,7 +42,7 @@ def test_every_file_that_a_page_names_exists(page: Path):
 
 def test_the_cells_of_the_guide_are_in_order(tmp_path: Path):
     guide = ROOT / "docs" / "guide"
-    (cell,), (region, goal, stretch, ends, board, other_rope) = (
+    (cell,), (region, goal, stretch, ends, board, arms, other_rope) = (
         re.findall(r"```toml\n(.*?)```", (guide / page).read_text(), re.DOTALL)
         for page in ("first-steps.md", "scenes.md")
     )
@@ -59,6 +59,7 @@ def test_the_cells_of_the_guide_are_in_order(tmp_path: Path):
     shipped, named = tomllib.loads(load("harness-board").text), tomllib.loads(board)
     assert named["goal"] == shipped["goal"]
     assert named["clips"][0].items() <= shipped["clips"][0].items()
+    assert tomllib.loads(arms)["ends"]["left"]["rotates"] is shipped["ends"]["left"]["rotates"]
     kept_in = parse(cell + region, tmp_path)
     assert [body.name for body in kept_in.regions] == ["tray"]
     assert set(preflight.check(kept_in)) == {"start", "goal"}

@@ -38,8 +38,8 @@ class Score:
     """Least distance between the surfaces of rope and distractors, through which it passes."""
     clips_held: list[str] | None
     """Clips of the goal's route that hold the true rope at the end; None without a route."""
-    max_tension_n: float
-    """Largest tension of the true rope."""
+    max_tension_n: float | None
+    """Largest tension of the true rope; None where no simulation states it."""
     contact_time_s: float
     """Time during which the rope touches obstacles."""
     length_error_mm: float
@@ -95,7 +95,7 @@ def score_of(
         min_clearance_mm=_mm(scorer.min_clearance),
         min_distractor_clearance_mm=_mm(scorer.min_distractor_clearance),
         clips_held=scorer.clips_held,
-        max_tension_n=round(scorer.max_tension, 4),
+        max_tension_n=round(scorer.max_tension, 4) or None,
         contact_time_s=round(scorer.contact_time, 3),
         length_error_mm=round(1e3 * scorer.length_error, 4),
         sim_s=round(seconds, 3),

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -7,10 +8,11 @@ import pytest
 
 from lariat.geometry.cable_routes import held_clips
 from lariat.geometry.poses import Pose
-from lariat.planning import Problem, WholePath, scenario_problem
+from lariat.planning import Problem, WholePath, plan, scenario_problem
 from lariat.planning.laying import plan_laying
 from lariat.rod.strains import tensions
 from lariat.scenario import load
+from tests.robots import board_with_arms
 
 
 @pytest.fixture(scope="module")
@@ -62,3 +64,18 @@ def test_a_route_that_is_longer_than_the_rope_is_unreachable(board: Problem):
     away = Pose(left.position - np.array([0.05, 0.0, 0.0]), left.orientation)
     path = plan_laying(board.with_goal(left=away, right=right), jump)
     assert path.reason.startswith("unreachable")
+
+
+def test_arms_lay_the_rope_from_above_unless_a_joint_is_too_slow():
+    problem = scenario_problem(board_with_arms())
+    path = plan(problem)
+    assert path.reached, path.reason
+    assert held_clips(problem.goal.route, problem.supports, path.nodes[-1]) == [
+        "low",
+        "middle",
+        "high",
+    ]
+    slow = replace(problem, limits=replace(problem.limits, joint_speed=0.1))
+    refused = plan_laying(slow, lambda hanging: plan(replace(hanging, limits=problem.limits)))
+    assert not refused.reached
+    assert re.match(r"blocked: while it is laid, a joint of the \w+ arm turns", refused.reason)

@@ -72,12 +72,16 @@ def _answer(scenario: Scenario, pipe: Connection) -> None:
     """Answer requests until the page ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(NICENESS)
-    # Imported late: the rod starts a compiler, which the page does not need.
-    from lariat.control.run.requests import route_preview
-
     with suppress(EOFError, OSError):
         while True:
             draft, shape, obstacles = pipe.recv()
+            try:
+                # Imported late: the rod starts a compiler, which the page does not need.
+                from lariat.control.run.requests import route_preview
+            except ImportError as error:
+                reason = f"the page's computer has no rod ({error}); use `lariat goal` elsewhere"
+                pipe.send(GoalPreview(draft=draft, reason=reason))
+                continue
             preview = route_preview(scenario, shape, obstacles, pipe.send)
             answer = GoalPreview(draft=draft, reason=preview.problem)
             answer.reachable = preview.goal is not None and not preview.problem

@@ -10,6 +10,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 
 from lariat.geometry.obstacles import Obstacle
+from lariat.kernel_cache.source import NoCompilerError
 from lariat.scenario import Scenario, Shape
 from shared.messages import GoalPreview, goal_message
 
@@ -78,11 +79,12 @@ def _answer(scenario: Scenario, pipe: Connection) -> None:
             try:
                 # Imported late: the rod starts a compiler, which the page does not need.
                 from lariat.control.run.requests import route_preview
-            except ImportError as error:
+
+                preview = route_preview(scenario, shape, obstacles, pipe.send)
+            except (ImportError, NoCompilerError) as error:
                 reason = f"the page's computer has no rod ({error}); use `lariat goal` elsewhere"
                 pipe.send(GoalPreview(draft=draft, reason=reason))
                 continue
-            preview = route_preview(scenario, shape, obstacles, pipe.send)
             answer = GoalPreview(draft=draft, reason=preview.problem)
             answer.reachable = preview.goal is not None and not preview.problem
             if preview.goal is not None:

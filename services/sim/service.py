@@ -167,6 +167,7 @@ class SimService:
         late = self._due is None or instant >= self._due + self._period
         self._due = (instant if late or self._due is None else self._due) + self._period
         nodes = self._world.nodes
+        limited = self._scenario.limits.tension is not None
         yield Publication(
             topics.ROPE_TRUTH,
             NodeChain(
@@ -174,7 +175,7 @@ class SimService:
                 positions=nodes.ravel().tolist(),
                 sigma=[0.0] * len(nodes),
                 observed=[True] * len(nodes),
-                tension=self._world.tension,
+                tension=self._world.tension if limited else 0.0,
             ),
         )
         for camera in self._cameras:

@@ -39,7 +39,7 @@ class Score:
     clips_held: list[str] | None
     """Clips of the goal's route that hold the true rope at the end; None without a route."""
     max_tension_n: float | None
-    """Largest tension of the true rope; None where no simulation states it."""
+    """Largest tension of the true rope; None without `[limits] tension`."""
     contact_time_s: float
     """Time during which the rope touches obstacles."""
     length_error_mm: float

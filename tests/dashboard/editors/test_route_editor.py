@@ -36,8 +36,8 @@ def editor(private: PrivateViser) -> RouteEditor:
 
 def test_what_is_not_on_the_route_may_be_added(editor: RouteEditor) -> None:
     assert list(editor._new.options) == ["middle", *PEGS]
-    editor._stop.value = "1 low"
-    editor._new.value = "left of near"
+    editor._stop.value = "1 low"  # pyright: ignore[reportAttributeAccessIssue]
+    editor._new.value = "left of near"  # pyright: ignore[reportAttributeAccessIssue]
     editor._insert()
     assert editor.route == ("low", "left of near", "high")
     # The next one is added behind it.
@@ -46,7 +46,7 @@ def test_what_is_not_on_the_route_may_be_added(editor: RouteEditor) -> None:
 
 
 def test_the_chosen_stop_is_moved_within_the_route_and_removed(editor: RouteEditor) -> None:
-    editor._stop.value = "2 high"
+    editor._stop.value = "2 high"  # pyright: ignore[reportAttributeAccessIssue]
     for move, route in (
         ("Down", ("low", "high")),
         ("Up", ("high", "low")),

@@ -374,10 +374,11 @@ def test_moving_obstacle_is_kept_away_from_where_it_is_and_where_it_will_be(
         waypoints=[0.9, 9.0, 0.0, 0.1, 9.0, 0.0],
     )
     message = SceneMotion(run_started=SECOND, motions=[motion])
-    assert places_with(gateway, message, 4.0) == pytest.approx([0.5, 0.5 - 0.2 * REACTION_TIME])
+    ahead = -0.2 * REACTION_TIME
+    assert places_with(gateway, message, 4.0) == pytest.approx([0.5, 0.5 + ahead / 2, 0.5 + ahead])
     # No further message is needed for the obstacle to be followed.
     list(gateway.step(Inbox({}, {}), 5 * SECOND))
-    assert places(gateway) == pytest.approx([0.3, 0.3 - 0.2 * REACTION_TIME])
+    assert places(gateway) == pytest.approx([0.3, 0.3 + ahead / 2, 0.3 + ahead])
     assert places_with(gateway, SceneMotion(), 7.0) == [0.9]
 
 

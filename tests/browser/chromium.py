@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
@@ -131,8 +132,10 @@ def choose(page: Page, box: str, option: str) -> None:
         combobox.click()
         try:
             entry.click(timeout=12_000)
-        except TimeoutError:
-            # The page hides a list whose box was moved out of view; this closes it.
+            expect(combobox).to_have_value(re.compile(re.escape(option)), timeout=3_000)
+        except (TimeoutError, AssertionError):
+            # The page hides a list whose box was moved out of view, and a click on a list that
+            # changes at that moment is lost; this closes it.
             combobox.press("Tab")
         else:
             return

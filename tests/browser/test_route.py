@@ -16,8 +16,7 @@ from shared.messages import Scene, chain, obstacle_message
 from tests.browser.cell import Cell, opened_cell
 from tests.browser.chromium import NO_CHROMIUM, choose, comes, field, press_set_goal
 
-# A choice in a list that changes beside it is sometimes lost where the browser is slow.
-pytestmark = [NO_CHROMIUM, pytest.mark.slow]
+pytestmark = NO_CHROMIUM
 
 SCENARIO = load("harness-board")
 LAYING_TIME = 180_000

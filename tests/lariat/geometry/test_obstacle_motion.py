@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lariat.geometry.obstacle_motion import (
+    MAX_PLACES,
     SWEEP_SPACING,
     ObstacleMotion,
     obstacles_at,
@@ -55,6 +58,13 @@ def test_places_during_a_motion_leave_no_gap_on_its_way():
     np.testing.assert_allclose(places[[0, -1]], [(0.72, 0.0, 0.5), (0.8, 0.12, 0.5)])
     # The corner of its way is passed as well.
     assert np.min(np.linalg.norm(places - (0.8, 0.0, 0.5), axis=1)) <= 0.5 * SWEEP_SPACING
+
+
+def test_many_obstacles_on_their_way_have_two_places_each():
+    names = [f"cart {k}" for k in range(MAX_PLACES)]
+    carts = [replace(CART, name=name) for name in names]
+    motions = [replace(MOTION, name=name) for name in names]
+    assert len(obstacles_during(carts, motions, 3.0, 3.5)) == 2 * len(carts)
 
 
 def test_obstacle_at_rest_has_one_place():

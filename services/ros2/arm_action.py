@@ -158,8 +158,9 @@ class ArmAction:
         goal, words = execution.goal, state.trajectory_reason
         match state.trajectory_state:
             case ArmStates.EXECUTING:
-                errors = _errors(execution, state)
-                late = _violated(errors, execution.path_tolerance)
+                errors = _joints(execution, state, "commanded_joints")
+                errors -= _joints(execution, state, "joints")
+                late = _violated(execution, errors, execution.path_tolerance)
                 execution.violation = execution.violation or late
             case ArmStates.REFUSED:
                 self._end(goal, Status.ABORTED, Code.INVALID_GOAL, words)
@@ -170,7 +171,11 @@ class ArmAction:
                 self._end(goal, Status.CANCELED, Code.SUCCESSFUL, "cancelled")
             case ArmStates.REACHED:
                 execution.reached = execution.reached or now
-                left = _violated(_distances(execution, state), execution.goal_tolerance)
+                arms, count = execution.request.arms, len(execution.request.times)
+                ends = [v for path in arms for v in path.positions[-len(path.positions) // count :]]
+                # Angles that are not known are not at the goal.
+                errors = np.nan_to_num(_joints(execution, state, "joints") - ends, nan=np.inf)
+                left = _violated(execution, errors, execution.goal_tolerance)
                 if goal.cancel_requested and left:
                     self._end(goal, Status.CANCELED, Code.SUCCESSFUL, "cancelled")
                 elif not left:
@@ -178,21 +183,18 @@ class ArmAction:
                 elif (now - execution.reached) * NANOSECONDS > execution.settle_time:
                     self._end(goal, Status.ABORTED, Code.GOAL_TOLERANCE_VIOLATED, left)
             case _:
-                self._end(
-                    goal, Status.ABORTED, Code.INVALID_GOAL, words or "the gateway stopped it"
-                )
+                words = words or "the gateway stopped it"
+                self._end(goal, Status.ABORTED, Code.INVALID_GOAL, words)
 
     def _report(self, execution: Execution, state: ArmStates, now: int) -> None:
-        commanded, measured = _joints(execution, state, "commanded_joints", "joints")
-        if not len(commanded):
+        commanded = _joints(execution, state, "commanded_joints")
+        measured = _joints(execution, state, "joints")
+        if np.isnan(commanded - measured).any():
             return
         since = duration(max(now - execution.sent, 0))
+        point = "trajectory_msgs/msg/JointTrajectoryPoint"
         desired, actual, error = (
-            ros(
-                "trajectory_msgs/msg/JointTrajectoryPoint",
-                positions=positions,
-                time_from_start=since,
-            )
+            ros(point, positions=positions, time_from_start=since)
             for positions in (commanded, measured, commanded - measured)
         )
         execution.goal.feedback(
@@ -253,39 +255,17 @@ def _tolerances(messages: Any, names: list[str]) -> dict[str, float]:
     return tolerances
 
 
-def _joints(execution: Execution, state: ArmStates, *fields: str) -> list[np.ndarray]:
-    """Angles of the executed arms, commanded and measured; none where one is not known."""
+def _joints(execution: Execution, state: ArmStates, field: str) -> np.ndarray:
+    """Angles of the executed arms; NaN where one is not known."""
     arms = {arm.arm: arm for arm in state.arms}
-    rows = [
-        [value for path in execution.request.arms for value in getattr(arms[path.arm], field)]
-        for field in fields
-    ]
-    whole = all(len(row) == len(execution.names) for row in rows)
-    return [np.array(row if whole else []) for row in rows]
+    row = [value for path in execution.request.arms for value in getattr(arms[path.arm], field)]
+    count = len(execution.names)
+    return np.array(row) if len(row) == count else np.full(count, np.nan)
 
 
-def _errors(execution: Execution, state: ArmStates) -> dict[str, float]:
-    commanded, measured = _joints(execution, state, "commanded_joints", "joints")
-    return dict(zip(execution.names, np.abs(commanded - measured), strict=False))
-
-
-def _distances(execution: Execution, state: ArmStates) -> dict[str, float]:
-    """Angles from the last point of the trajectory."""
-    (measured,) = _joints(execution, state, "joints")
-    if not len(measured):
-        return dict.fromkeys(execution.names, np.inf)
-    count = len(execution.request.times)
-    ends = [
-        value
-        for path in execution.request.arms
-        for value in path.positions[-len(path.positions) // count :]
-    ]
-    return dict(zip(execution.names, np.abs(measured - np.array(ends)), strict=True))
-
-
-def _violated(errors: dict[str, float], tolerances: dict[str, float]) -> str:
+def _violated(execution: Execution, errors: np.ndarray, tolerances: dict[str, float]) -> str:
     """First tolerance that an error exceeds, in words."""
-    for name, tolerance in tolerances.items():
-        if errors.get(name, 0.0) > tolerance:
-            return f"{name} is {errors[name]:.4f} rad off, more than {tolerance:g} rad"
+    for name, error in zip(execution.names, np.abs(errors), strict=True):
+        if name in tolerances and error > tolerances[name]:
+            return f"{name} is {error:.4f} rad off, more than {tolerances[name]:g} rad"
     return ""

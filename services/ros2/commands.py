@@ -220,12 +220,8 @@ def _obstacle(name: str, solid: Any, place: Any, origin: Pose) -> Obstacle:
         raise ValueError(f"{name!r} is no box, sphere or cylinder")
     local = Pose(np.array(xyz(place.position)), np.array(wxyz(place.orientation)))
     pose = origin @ local if np.any(origin.orientation) else local
-    obstacle = Obstacle(
-        name=name,
-        shape=SOLIDS[solid.type],
-        position=pose.position,
-        orientation=pose.orientation,
-    )
+    place = {"position": pose.position, "orientation": pose.orientation}
+    obstacle = Obstacle(name=name, shape=SOLIDS[solid.type], **place)
     sizes = [float(size) for size in solid.dimensions]
     if obstacle.shape == "box":
         obstacle.size.extend(sizes)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from foxglove_schemas_protobuf.Color_pb2 import Color
-from foxglove_schemas_protobuf.Pose_pb2 import Pose
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
@@ -16,8 +14,8 @@ from shared.ros2.types import header, ros, vector
 
 CUBE, SPHERE, CYLINDER, LINE_STRIP, TRIANGLE_LIST = 1, 2, 3, 4, 11
 """Types of visualization_msgs/Marker."""
-ADD, DELETE = 0, 2
-"""Actions of visualization_msgs/Marker."""
+DELETE = 2
+"""Action of visualization_msgs/Marker; that of a marker which is shown is 0."""
 
 
 @dataclass
@@ -34,53 +32,37 @@ class Markers:
         markers = []
         for entity in update.entities:
             shapes = list(_shapes(entity))
-            markers += [_marker(entity, k, shape) for k, shape in enumerate(shapes)]
-            markers += [
-                _marker(entity, k, None) for k in range(len(shapes), self._counts.get(entity.id, 0))
-            ]
+            markers += [_marker(entity, k, **shape) for k, shape in enumerate(shapes)]
+            gone = range(len(shapes), self._counts.get(entity.id, 0))
+            markers += [_marker(entity, k, action=DELETE) for k in gone]
             self._counts[entity.id] = len(shapes)
         return ros("visualization_msgs/msg/MarkerArray", markers=markers)
 
 
-@dataclass(frozen=True)
-class _Shape:
-    """Shape whose pose, points and colors have the fields of ROS 2's."""
-
-    type: int
-    pose: Pose
-    scale: Any
-    color: Color
-    points: Sequence[Any] = ()
-    colors: Sequence[Color] = ()
-
-
-def _shapes(entity: SceneEntity) -> Iterator[_Shape]:
+def _shapes(entity: SceneEntity) -> Iterator[dict[str, Any]]:
+    """Fields of the markers of an entity; its poses, points and colors have those of ROS 2's."""
     for line in entity.lines:
         scale = vector((line.thickness, 0.0, 0.0))
-        yield _Shape(LINE_STRIP, line.pose, scale, line.color, line.points, line.colors)
+        yield _fields(LINE_STRIP, line, scale, points=line.points, colors=line.colors)
     bodies = (CUBE, entity.cubes), (SPHERE, entity.spheres), (CYLINDER, entity.cylinders)
     for kind, primitives in bodies:
         for body in primitives:
-            yield _Shape(kind, body.pose, body.size, body.color)
+            yield _fields(kind, body, body.size)
     for mesh in entity.triangles:
         corners = [mesh.points[k] for k in mesh.indices]
-        yield _Shape(TRIANGLE_LIST, mesh.pose, vector((1.0, 1.0, 1.0)), mesh.color, corners)
+        yield _fields(TRIANGLE_LIST, mesh, vector((1.0, 1.0, 1.0)), points=corners)
 
 
-def _marker(entity: SceneEntity, number: int, shape: _Shape | None) -> Any:
-    """Marker of a shape, or the deletion of the one with its number."""
-    drawn = shape or _Shape(CUBE, Pose(), vector((0.0, 0.0, 0.0)), Color())
+def _fields(kind: int, shape: Any, scale: Any, **fields: Any) -> dict[str, Any]:
+    return {"type": kind, "pose": shape.pose, "color": shape.color, "scale": scale, **fields}
+
+
+def _marker(entity: SceneEntity, number: int, **fields: Any) -> Any:
     return ros(
         "visualization_msgs/msg/Marker",
         header=header(from_timestamp(entity.timestamp), entity.frame_id),
         ns=entity.id,
         id=number,
-        type=drawn.type,
-        action=ADD if shape else DELETE,
-        pose=drawn.pose,
-        scale=drawn.scale,
-        color=drawn.color,
         frame_locked=entity.frame_locked,
-        points=drawn.points,
-        colors=drawn.colors,
+        **fields,
     )

@@ -5,6 +5,7 @@ Nothing is called back: what has arrived waits in bounded rings until it is take
 
 from __future__ import annotations
 
+import itertools
 import json
 import time
 from collections import deque
@@ -69,8 +70,9 @@ class Node:
         self.door = door or Door()
         self._session, self.serves_router = _joined(router, serve)
         close_at_once(self._session)
-        self._next_id = 0
-        self.entity = NodeEntity(domain, str(self._session.zid()), self._number(), namespace, name)
+        self._numbers = itertools.count()
+        zid = str(self._session.zid())
+        self.entity = NodeEntity(domain, zid, next(self._numbers), namespace, name)
         self._kept: list[Any] = [self._session.liveliness().declare_token(self.entity.token)]
         """Tokens and endpoints, which end when nobody holds them."""
 
@@ -102,12 +104,9 @@ class Node:
         """Leave the graph."""
         self._session.close()
 
-    def _number(self) -> int:
-        self._next_id += 1
-        return self._next_id - 1
-
     def _entity(self, kind: Kind, topic: str, type: str, qos: Qos) -> Entity:
-        return Entity(self.entity, self._number(), kind, self.entity.resolved(topic), type, qos)
+        name = self.entity.resolved(topic)
+        return Entity(self.entity, next(self._numbers), kind, name, type, qos)
 
     def _shown(self, endpoint: E) -> E:
         """Endpoint that the graph knows from now on: who sees a service may call it at once."""

@@ -47,14 +47,6 @@ from shared.ros2.types import Rows, header, ros, time, vector
 from shared.ros2.wire import LATCHED, SENSOR, Qos
 from shared.topics import Topic
 
-LOG_LEVELS = {
-    Log.Level.DEBUG: 10,
-    Log.Level.INFO: 20,
-    Log.Level.WARNING: 30,
-    Log.Level.ERROR: 40,
-    Log.Level.FATAL: 50,
-}
-"""Levels of rcl_interfaces/Log."""
 FLOAT32, UINT32 = 7, 6
 """Data types of sensor_msgs/PointField."""
 XYZW = [1, 2, 3, 0]
@@ -332,7 +324,8 @@ def _log(message: Log) -> Any:
     return ros(
         "rcl_interfaces/msg/Log",
         stamp=time(from_timestamp(message.timestamp)),
-        level=LOG_LEVELS.get(message.level, 0),
+        # Foxglove's levels are tenths of ROS 2's.
+        level=10 * message.level,
         name=message.name,
         msg=message.message,
         file=message.file,

@@ -10,5 +10,5 @@ DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
 
 def environment_domain() -> int:
     """Return the domain of the environment, ROS_DOMAIN_ID; 0 without one."""
-    text = os.environ.get("ROS_DOMAIN_ID", "0")
+    text = os.environ.get("ROS_DOMAIN_ID", "")
     return int(text) if text.isdecimal() else 0

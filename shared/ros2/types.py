@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -136,9 +136,9 @@ def dds_name(kind: str) -> str:
     return f"{package}::{folder}::dds_::{name}_"
 
 
-def time(stamp: int) -> Any:
-    """Return a time [ns] as a message."""
-    return ros("builtin_interfaces/msg/Time", sec=stamp // SECOND, nanosec=stamp % SECOND)
+def time(length: int, kind: str = "Time") -> Any:
+    """Return a time, or what else is a `kind`, [ns] as a message."""
+    return ros(f"builtin_interfaces/msg/{kind}", sec=length // SECOND, nanosec=length % SECOND)
 
 
 def nanoseconds(message: Any) -> int:
@@ -146,9 +146,7 @@ def nanoseconds(message: Any) -> int:
     return message.sec * SECOND + message.nanosec
 
 
-def duration(length: int) -> Any:
-    """Return a duration [ns] as a message."""
-    return ros("builtin_interfaces/msg/Duration", sec=length // SECOND, nanosec=length % SECOND)
+duration = partial(time, kind="Duration")
 
 
 def header(stamp: int, frame: str) -> Any:

@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from lariat.geometry.obstacles import Obstacle
 from services.recorder.view.primitives import add_obstacle
-from shared.ros2.markers import ADD, DELETE, LINE_STRIP, TRIANGLE_LIST, Markers
+from shared.ros2.markers import DELETE, LINE_STRIP, TRIANGLE_LIST, Markers
 from shared.ros2.types import decoded, encoded
 
 KIND = "visualization_msgs/msg/MarkerArray"
@@ -49,7 +49,7 @@ def test_bodies_that_an_entity_no_longer_has_are_deleted():
     markers, full, empty = Markers(), SceneUpdate(), SceneUpdate()
     full.entities.add(id="obstacles").spheres.add()
     empty.entities.add(id="obstacles")
-    assert [m.action for m in drawn(full, markers)] == [ADD]
+    assert [m.action for m in drawn(full, markers)] == [0]
     assert [(m.action, m.id) for m in drawn(empty, markers)] == [(DELETE, 0)]
     assert drawn(empty, markers) == []
 

@@ -11,7 +11,7 @@ import zenoh
 
 from shared.bus import BusError
 from shared.ros2.node import HEARTBEAT, REQUEST_CAPACITY, Node
-from shared.ros2.types import encoded, ros
+from shared.ros2.types import decoded, encoded, ros
 from shared.ros2.wire import LATCHED, Attachment, Qos
 from tests.shared.cell import free_port, until
 from tests.shared.ros2.graph import Graph
@@ -159,6 +159,39 @@ def test_garbage_is_refused_and_counted_and_the_rest_arrives(graph: Graph):
     until(lambda: list(service.take()) or replies)
     assert replies[0].err is not None
     assert graph.first.door.refused == 5
+
+
+def test_another_hash_is_another_topic_and_a_stolen_identifier_hides_nobody(graph: Graph):
+    subscription = graph.first.subscription("/chatter", STRING)
+    service = graph.first.service("/start", TRIGGER)
+    honest, stranger = graph.node("honest"), graph.node("stranger")
+    publisher, client = honest.publisher("/chatter", STRING), honest.client("/start", TRIGGER)
+    entity = publisher.entity
+    wrong = entity.key.replace("RIHS01_d", "RIHS01_e")
+    token = entity.token.replace("RIHS01_d", "RIHS01_e")
+    stranger._kept.append(stranger._session.liveliness().declare_token(token))
+    until(lambda: publisher.matched and client.matched)
+    # The identifier, and the number, of the honest publisher's next sample.
+    stolen = Attachment(1, 0, entity.gid).encoded()
+    stranger._session.put(wrong, encoded(text("wrong hash")), attachment=stolen)
+    stranger._session.put(entity.key, encoded(text("stolen")), attachment=stolen)
+    publisher.put(text("honest"))
+    got: list[str] = []
+    until(lambda: got.extend(m.data for m in subscription.take()) or len(got) > 1)
+    assert sorted(got) == ["honest", "stolen"]
+    # Two requests of one identifier and number: each gets its own answer.
+    request = encoded(ros(f"{TRIGGER}_Request"))
+    asked = Attachment(1, 0, client.entity.gid).encoded()
+    replies: list[zenoh.Reply] = []
+    stranger._session.get(service.entity.key, replies.append, payload=request, attachment=asked)
+    call, answered = client.call(ros(f"{TRIGGER}_Request"), 5.0), []
+    until(lambda: answered.extend(service.take()) or len(answered) == 2)
+    for k, each in enumerate(answered):
+        each.reply(ros(f"{TRIGGER}_Response", success=True, message=str(k)))
+    until(lambda: replies and call.replies)
+    assert replies[0].ok is not None
+    theirs = decoded(replies[0].ok.payload.to_bytes(), f"{TRIGGER}_Response")
+    assert {call.take().message, theirs.message} == {"0", "1"}
 
 
 def test_a_flood_of_requests_is_bounded(graph: Graph):

@@ -5,8 +5,6 @@ All settings of all solvers are compared with the continuum in one process on on
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,16 +22,12 @@ from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 
 ROUNDS, ROUND_TIME = 3, 0.7
 """Number of runs of a contender, of which the fastest counts, and time above which it runs once."""
-EXTRAS = {"elastica": ("PyElastica", "elastica_rod"), "newton": ("Newton cable", "newton_cable")}
-"""Solvers of packages that the stack does not need: name and module here, by their package."""
 COLORS = {
     "Lariat, 1st order": "#56B4E9",
     "Lariat, 2nd order": "#0072B2",
     "paper's XPBD": "#E69F00",
     "MuJoCo flex": "#D55E00",
     "MuJoCo links": "#CC79A7",
-    "PyElastica": "#009E73",
-    "Newton cable": "#444444",
 }
 """Color of each solver: the palette of Okabe and Ito, which color-blind people can tell apart."""
 GAIN = 0.97
@@ -44,8 +38,8 @@ Row = Mapping[str, Any]
 def run(plot: Path | None = None, options: Flat[PrintOptions] = PRINT_DEFAULTS) -> int:
     """Compare the rod with other solvers: error over time.
 
-    They are the paper's solver, MuJoCo's ropes and, where they are installed, PyElastica and
-    Newton. The rod is measured alone: no plant, camera or adaptation.
+    They are the paper's solver and MuJoCo's ropes. The rod is measured alone: no plant, camera or
+    adaptation.
 
     Examples:
       lariat bench compare
@@ -71,20 +65,13 @@ def points() -> list[dict[str, Any]]:
     """
     there = continuum.solve(actions())
     contenders = [*our_rod.contenders(), *mujoco_ropes.contenders()]
-    absent = []
-    for package, (solver, module) in EXTRAS.items():
-        if importlib.util.find_spec(package) is None:
-            absent.append(_row(solver, 0, "not installed: pip install -e '.[bench]'"))
-        else:
-            solvers = importlib.import_module(f"benchmarks.compare.{module}")
-            contenders += solvers.contenders()
     rows = [_measure(contender, there) for contender in contenders]
     for _ in range(1, ROUNDS):
         for row, contender in zip(rows, contenders, strict=True):
             if row["us"] * ACTION_COUNT < 1e6 * ROUND_TIME:
                 row["us"] = min(row["us"], _timed_run(contender)[1])
     reference = _row("reference", continuum.NODE_COUNT, "by Richardson")
-    return [{**reference, "moving_mm": there.own_error_mm}, *rows, *absent]
+    return [{**reference, "moving_mm": there.own_error_mm}, *rows]
 
 
 def _row(solver: str, nodes: int, setting: str, *figures: float) -> dict[str, Any]:

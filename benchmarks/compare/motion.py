@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -44,26 +43,6 @@ class Simulation(Protocol):
     def settle(self) -> Float64[np.ndarray, "n 3"]:
         """Return the positions at rest between the grips at the end; called after `run`."""
         ...
-
-
-class DampedSimulation(ABC):
-    """Simulation that comes to rest by strong damping while the grips stand still."""
-
-    def __init__(self, moves: Moves) -> None:
-        """Store the velocities of the grips until they stand still."""
-        self._moves = moves
-
-    def run(self) -> NodePath:
-        """Return the positions after every action."""
-        return self._advance(len(self._moves), PROPERTIES.damping)
-
-    def settle(self) -> Float64[np.ndarray, "n 3"]:
-        """Return the positions after the grips have stood still."""
-        return self._advance(SETTLING_COUNT, SETTLING_DAMPING)[-1]
-
-    @abstractmethod
-    def _advance(self, count: int, damping: float) -> NodePath:
-        """Return the positions after each of the next actions of `then_still`, damped [1/s]."""
 
 
 @dataclass(frozen=True)

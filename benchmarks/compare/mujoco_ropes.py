@@ -14,14 +14,16 @@ from functools import partial
 
 import mujoco
 import numpy as np
+from jaxtyping import Float64
 
 from benchmarks.compare.motion import (
     ACTION_DURATION,
     LEFT_GRIP,
     PROPERTIES,
     RIGHT_GRIP,
+    SETTLING_COUNT,
+    SETTLING_DAMPING,
     Contender,
-    DampedSimulation,
     Moves,
     NodePath,
     grip_path,
@@ -51,12 +53,11 @@ def rope(name: str, n: int, step: float) -> Contender:
     return Contender(name, n, f"{1e3 * step:g} ms", partial(_Run, ROPES[name], n, step))
 
 
-class _Run(DampedSimulation):
+class _Run:
     """Run of a rope of MuJoCo."""
 
     def __init__(self, make: RopeMaker, n: int, step: float, moves: Moves) -> None:
-        super().__init__(moves)
-        p = PROPERTIES
+        self._moves, p = moves, PROPERTIES
         self._rope = make(MujocoRope(p.length, p.diameter, n, p.linear_density, p.youngs_modulus))
         self._model = mujoco.MjModel.from_xml_string(self._rope.mjcf(()))
         self._model.opt.timestep = step
@@ -73,7 +74,16 @@ class _Run(DampedSimulation):
         self._count, self._done = round(ACTION_DURATION / step), 0
         self._nodes = n
 
+    def run(self) -> NodePath:
+        """Return the positions after every action."""
+        return self._advance(len(self._moves), PROPERTIES.damping)
+
+    def settle(self) -> Float64[np.ndarray, "n 3"]:
+        """Return the positions after the grips have stood still, strongly damped."""
+        return self._advance(SETTLING_COUNT, SETTLING_DAMPING)[-1]
+
     def _advance(self, count: int, damping: float) -> NodePath:
+        """Positions after each of the next actions of `then_still`, damped [1/s]."""
         model, state = self._model, self._state
         momentum = np.zeros(model.nv)
         path = np.empty((count, self._nodes, 3))

@@ -11,6 +11,7 @@ from lariat.control.mpc.receding_horizon import Command, RecedingHorizonControll
 from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
 from lariat.control.run.arm_condition import ArmCondition
 from lariat.control.run.reasons import Reason, ReasonCode
+from lariat.control.run.state_machine import RunState
 from lariat.control.run.task import Task
 from lariat.control.supervision.clearance_guard import ClearanceGuard
 from lariat.control.supervision.hold_conditions import hold_reason, unfollowed_reason
@@ -162,7 +163,8 @@ class ControlLoop:
         if not self.controller.resting:
             return Reason(ReasonCode.COMING_TO_REST)
         rope = self._rope.estimator
-        if not self._planned:
+        # At the goal the arms go on where they stand: another path would lay a cable anew.
+        if not self._planned or self._task.state is RunState.REACHED:
             dt = SETPOINT_PERIOD * 1e-9
             self._follow(ReferenceTrajectory.standing(rope.motion, rope.nodes, dt), None, now)
             return None

@@ -17,10 +17,11 @@ from lariat.scenario.settings import load_with
 from lariat.trajectory import SECOND
 from services.sim.service import SimService
 from shared import topics
-from shared.messages import NodeChain, Setpoints, stamp_of
+from shared.messages import REACHED, NodeChain, Setpoints, TaskState, stamp_of
 from shared.runtime.service import Inbox, Publication
 from stack import services
 from stack.simulation import closed_loop
+from stack.simulation.simulated_run import SimulatedRun
 from stack.simulation.simulated_time import Delivery, session_id
 from tests.closed_loop.loop import SCENARIOS
 
@@ -125,6 +126,41 @@ class FailingLab:
                 yield passed
 
 
+def run_with(
+    fault: Fault, begin: int, end: int, name: str, time_limit: float
+) -> tuple[SimulatedRun, list[Delivery]]:
+    """Run of a scenario whose camera fails for a time, and what was said of rope, arms and task."""
+    of = load_with(SCENARIOS / f"{name}.toml", (f"run.time_limit={time_limit}",))
+    members = [
+        FailingLab(services.build(n, of, session_id(n)), fault, begin, end)
+        if n == "sim"
+        else services.build(n, of, session_id(n))
+        for n in services.NAMES
+    ]
+    log: list[Delivery] = []
+    keys = (topics.ROPE_NODES.key, topics.ARM_SETPOINTS.key, topics.TASK_STATE.key)
+    outcome = closed_loop.run(
+        of,
+        members=tuple(members),
+        taps=(lambda d: log.append(d) if d.key in keys else None,),
+    )
+    return outcome, log
+
+
+def test_a_rope_at_its_goal_that_is_not_seen_for_a_while_needs_no_other_path() -> None:
+    begin, end = 4 * SECOND, 5 * SECOND
+    outcome, log = run_with(silent, begin, end, "fixed-end", 7.0)
+    states: list[TaskState] = [d.parse() for d in log if d.key == topics.TASK_STATE.key]  # pyright: ignore[reportAssignmentType]
+    at_goal = [state for state in states if state.stamp > begin]
+    assert {(state.state, state.replan_count) for state in at_goal} == {(REACHED, 0)}
+    setpoints = [d.parse() for d in log if d.key == topics.ARM_SETPOINTS.key]
+    holds = [(m.stamp, m.hold) for m in setpoints if isinstance(m, Setpoints)]
+    assert any(hold for stamp, hold in holds if begin < stamp < end)
+    assert not any(hold for stamp, hold in holds if stamp > end + SECOND // 2)
+    assert outcome.score.final_error_mm is not None
+    assert outcome.score.final_error_mm < 0.5
+
+
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
@@ -139,21 +175,8 @@ class FailingLab:
 def test_the_arms_hold_within_half_a_second_and_the_run_goes_on(
     fault: Fault, words: tuple[str, ...]
 ) -> None:
-    of = load_with(SCENARIOS / "three-cylinders.toml", ("run.time_limit=6.0",))
     begin, end = 2_000_000_000, 3_900_000_000
-    members = [
-        FailingLab(services.build(n, of, session_id(n)), fault, begin, end)
-        if n == "sim"
-        else services.build(n, of, session_id(n))
-        for n in services.NAMES
-    ]
-    log: list[Delivery] = []
-    keys = (topics.ROPE_NODES.key, topics.ARM_SETPOINTS.key)
-    outcome = closed_loop.run(
-        of,
-        members=tuple(members),
-        taps=(lambda d: log.append(d) if d.key in keys else None,),
-    )
+    outcome, log = run_with(fault, begin, end, "three-cylinders", 6.0)
     assert outcome.score.reached, outcome.reason
     seen = [d.parse() for d in log if d.key == topics.ROPE_NODES.key]
     lost = {m.lost for m in seen if isinstance(m, NodeChain) and m.lost}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from lariat.control.estimation.rope_tracker import MAX_P_WRONG
 from lariat.control.run.arm_condition import ArmCondition
 from lariat.control.run.reasons import Reason, ReasonCode
-from lariat.control.run.state_machine import RunEvent
+from lariat.control.run.state_machine import RunEvent, RunState
 from lariat.control.run.task import Task
 from lariat.control.supervision.replanning import MAX_REPLANS, Cause, Replanning
 from lariat.trajectory import SECOND
@@ -50,7 +50,8 @@ def hold_reason(
     if task.resettable and task.reset_count != arms.reset_count:
         return Reason(ReasonCode.WAITING_FOR_RESET)
     if last_seen is None or now - last_seen > MAX_BLIND_TIME:
-        if following:
+        # At the goal no other path is needed: see `ControlLoop`.
+        if following and task.state is RunState.RUNNING:
             task.request_path()
         seconds = MAX_BLIND_TIME / SECOND
         if p_wrong > MAX_P_WRONG:

@@ -17,7 +17,8 @@ from lariat.geometry.obstacles import signed_distance
 from lariat.geometry.poses import Pose
 from lariat.planning.path_optimization.optimizer import SETTINGS, PathOptimizer
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.retiming import retime
+from lariat.planning.retiming import RetimingSettings, retime
+from lariat.planning.time_parameterization import Pace
 from lariat.rod import RodState, RolloutSpec, add_turns, state_along
 
 
@@ -29,17 +30,21 @@ class LandingSettings:
     """Distance of a point of the goal from a support below which it leans on it [m]."""
     hover_clearance: float = 0.012
     """Distance from the supports at which the rope comes to rest before it is lowered [m]."""
-    lift_step: float = 0.01
+    lift_step: float = 0.0025
     """Distance between the heights of the grips that are computed [m]."""
     max_lift: float = 0.25
     """Largest height of the grips above those of the goal [m]."""
     fit_iterations: int = 5
     """Largest number of Gauss-Newton iterations that fit the grips to the goal's nodes."""
-    shift_iterations: int = 5
+    shift_iterations: int = 10
     """Number of iterations that find the horizontal positions of the grips at each height."""
     pace: float = 0.5
     """Share of the usual limits on motion that the descent uses [-]."""
 
+
+DESCENT_RETIMING = RetimingSettings(paces=(Pace(1.3, (0.16, 0.1)),))
+"""Pace of the descent: ends that go aside only once the rope lies must not begin before, so that
+corners are sharp."""
 
 LANDING_SETTINGS = LandingSettings()
 """Default settings of a landing."""
@@ -122,7 +127,7 @@ def landed(
     share = np.linspace(1.0, 0.0, len(waypoints))[:, None, None]
     waypoints = waypoints + share * (positions - waypoints[0])
     (candidate,) = optimizer.evaluate([np.diff(waypoints, axis=0)])
-    down = retime(descent, optimizer, candidate)
+    down = retime(descent, optimizer, candidate, DESCENT_RETIMING)
     return replace(
         down,
         positions=np.concatenate([approach.positions, down.positions[1:]]),

@@ -14,12 +14,11 @@ from lariat.control.run.reasons import Reason, ReasonCode
 from lariat.control.run.state_machine import RunState
 from lariat.control.run.task import Task
 from lariat.control.supervision.clearance_guard import ClearanceGuard
-from lariat.control.supervision.hold_conditions import hold_reason, unfollowed_reason
+from lariat.control.supervision.hold_conditions import hold_reason
 from lariat.control.supervision.path_choice import PathChoice, PathOffer
 from lariat.control.supervision.path_watch import PathWatch
 from lariat.control.supervision.progress import ProgressMonitor
 from lariat.control.supervision.replanning import Replanning
-from lariat.control.supervision.run_judge import RunJudge
 from lariat.safety.motion_contract import SETPOINT_PERIOD
 from lariat.scenario import Scenario
 from lariat.trajectory import SetpointChunk
@@ -42,13 +41,6 @@ class ControlLoop:
         """Create the loop, which follows nothing yet.
 
         Args:
-            scenario: Rope, limits and control settings.
-            task: Task whose goal is approached.
-            rope: Estimate of the rope.
-            scene: Obstacles.
-            progress: Measures of the run.
-            replanning: Requests for other paths.
-            faults: Faults of a controller from outside.
             controller: Controller of the arms, e.g. of `lariat.controllers`.
         """
         self._task, self._rope, self._scene = task, rope, scene
@@ -66,7 +58,6 @@ class ControlLoop:
         self._watch = PathWatch(
             task, rope, scene, self.controller, progress, self._guard, replanning, self._paths
         )
-        self._judge = RunJudge(task, progress, replanning, self._paths)
 
     @property
     def following(self) -> bool:
@@ -98,13 +89,12 @@ class ControlLoop:
 
         Args:
             now: Present time [ns].
-            arms: Condition of the arms.
             offer: Latest answer of the planner; None before the first one.
         """
-        reason = self._hold_reason(now, arms)
+        reason = hold_reason(self._task, self._replanning, arms, self._rope, self.controller, now)
         if reason is not None:
             self.controller.disengage()
-            self._judge.released()
+            self._watch.released()
             yield reason
             return
         reason = self._waiting_reason(now, offer)
@@ -129,7 +119,7 @@ class ControlLoop:
         if stops:
             return
         self._rope.predictions.take_plan(command.plan_start, command.plan_step, command.plan.nodes)
-        self._judge.judge(now, reference, at_end=self.controller.at_end)
+        self._watch.judge(now, reference, at_end=self.controller.at_end)
 
     def _command(self, now: int, reference: ReferenceTrajectory) -> Command:
         """Command of the next horizon along a path."""
@@ -140,21 +130,6 @@ class ControlLoop:
         # Path and free rest of a part's goal are planned with what has been learnt since.
         completed = goal.completed(reference.nodes[-1])
         return self.controller.step(now, completed, avoidance)
-
-    def _hold_reason(self, now: int, arms: ArmCondition) -> Reason | None:
-        """Reason to publish nothing but a hold; None when the arms can be controlled."""
-        rope = self._rope
-        reason = hold_reason(
-            self._task, now, arms, rope.last_seen, following=self.following, p_wrong=rope.p_wrong
-        )
-        return reason or unfollowed_reason(
-            self._task,
-            self._replanning,
-            arms,
-            self.controller.tracking_error(),
-            following=self.following,
-            deviation=rope.predictions.max_deviation,
-        )
 
     def _waiting_reason(self, now: int, offer: PathOffer | None) -> Reason | None:
         """Reason why there is nothing to follow, after taking a new path; None when there is."""
@@ -175,7 +150,6 @@ class ControlLoop:
         reason = self._paths.review_start(offer, reference, rope.motion, now)
         if reason is None:
             self._follow(reference, offer, now)
-            self._judge.begin_path()
             if offer.others_revision != self._scene.others_revision:
                 self._watch.review_scene()
         return reason

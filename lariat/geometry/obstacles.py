@@ -266,12 +266,11 @@ def chain_clearance(
         obstacles: Obstacles of the scene.
     """
     lengths = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
-    nearest = np.inf
-    for obstacle in obstacles:
-        at_nodes = signed_distance(nodes, obstacle)
-        nearest = min(nearest, float(np.min(at_nodes)))
+    at_nodes = [signed_distance(nodes, obstacle) for obstacle in obstacles]
+    nearest = min((float(np.min(distances)) for distances in at_nodes), default=np.inf)
+    for obstacle, distances in zip(obstacles, at_nodes, strict=True):
         # A distance changes by at most the distance travelled, which rules out most segments.
-        bound = 0.5 * (at_nodes[:-1] + at_nodes[1:] - lengths)
+        bound = 0.5 * (distances[:-1] + distances[1:] - lengths)
         (near,) = np.nonzero(bound < nearest)
         if len(near):
             between = segment_distance(nodes[near], nodes[near + 1], obstacle)

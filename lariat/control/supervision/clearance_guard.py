@@ -23,22 +23,16 @@ from lariat.geometry.obstacles import (
 
 COARSE_STRIDE = 4
 """Nodes per node whose distance from every obstacle is computed."""
-
-
-@dataclass(frozen=True)
-class GuardSettings:
-    """Clearances at which the arms are stopped."""
-
-    min_clearance: float = 0.003
-    """Clearance that the rope keeps, uncertainty deducted [m]."""
-    wanted_share: float = 0.5
-    """Share of the wanted clearance that is enough, where that is less [-]."""
-    deviations: float = 2.0
-    """Measured deviations of the prediction that are deducted at the end of the horizon [-]."""
-    max_uncertainty: float = 0.02
-    """Largest uncertainty that is deducted [m]: the rope has to move to be observed."""
-    min_approach: float = 0.002
-    """Decrease of the clearance within a horizon that counts as an approach [m]."""
+MIN_CLEARANCE = 0.003
+"""Clearance that the rope keeps, uncertainty deducted [m]."""
+WANTED_SHARE = 0.5
+"""Share of the wanted clearance that is enough, where that is less [-]."""
+DEVIATIONS = 2.0
+"""Measured deviations of the prediction that are deducted at the end of the horizon [-]."""
+MAX_UNCERTAINTY = 0.02
+"""Largest uncertainty that is deducted [m]: the rope has to move to be observed."""
+MIN_APPROACH = 0.002
+"""Decrease of the clearance within a horizon that counts as an approach [m]."""
 
 
 @dataclass(frozen=True)
@@ -62,23 +56,19 @@ class Threat:
 class ClearanceGuard:
     """Checks every horizon, and every observation, for contact."""
 
-    def __init__(
-        self, radius: float, clearance: float = np.inf, settings: GuardSettings | None = None
-    ) -> None:
+    def __init__(self, radius: float, clearance: float = np.inf) -> None:
         """Create a guard.
 
         Args:
             radius: Radius of the rope [m].
             clearance: Clearance that paths are asked to keep [m].
-            settings: Clearances.
         """
-        self.settings = settings or GuardSettings()
         self._radius = radius
         self.want(clearance)
 
     def want(self, clearance: float) -> None:
         """Take the clearance that paths are asked to keep [m]."""
-        self._least = min(self.settings.min_clearance, self.settings.wanted_share * clearance)
+        self._least = min(MIN_CLEARANCE, WANTED_SHARE * clearance)
 
     def check(
         self,
@@ -96,15 +86,13 @@ class ClearanceGuard:
             estimate: Nodes of the rope as estimated now [m].
             predicted: Nodes of the rope after each step of the horizon [m].
             deviation: Root mean square node error at the end of a horizon [m].
-            obstacles: Obstacles that the rope must not touch.
             accepted: Clearance that start or goal have themselves [m].
         """
-        settings = self.settings
-        uncertainty = min(settings.deviations * deviation, settings.max_uncertainty)
+        uncertainty = min(DEVIATIONS * deviation, MAX_UNCERTAINTY)
         chains = np.concatenate([observed[None], estimate[None], predicted])
         shares = np.concatenate([[0.0, 0.0], np.arange(1, len(predicted) + 1) / len(predicted)])
         limits = min(self._least, accepted) + uncertainty * shares
-        limits[0] = min(self._least, accepted - settings.min_approach)
+        limits[0] = min(self._least, accepted - MIN_APPROACH)
         box, reach = bounding_box(chains), self._radius + float(np.max(limits))
         worst: Threat | None = None
         for obstacle in obstacles:
@@ -117,7 +105,7 @@ class ClearanceGuard:
                 continue
             clearances = self._clearances(chains, rough, bounds, obstacle)
             now, ahead = clearances[1], clearances[2:]
-            approaches = np.any((ahead < limits[2:]) & (ahead < now - settings.min_approach))
+            approaches = np.any((ahead < limits[2:]) & (ahead < now - MIN_APPROACH))
             touches = clearances[0] < limits[0] and ahead[-1] <= now
             if not approaches and not touches:
                 continue

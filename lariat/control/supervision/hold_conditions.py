@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from lariat.control.estimation.rope_tracker import MAX_P_WRONG
+from lariat.control.estimation.rope_tracker import MAX_P_WRONG, RopeTracker
+from lariat.control.mpc.receding_horizon import RecedingHorizonController
 from lariat.control.run.arm_condition import ArmCondition
 from lariat.control.run.reasons import Reason, ReasonCode
 from lariat.control.run.state_machine import RunEvent, RunState
@@ -26,22 +27,16 @@ MAX_REFUSED_CHUNKS = 8
 
 def hold_reason(
     task: Task,
-    now: int,
+    replanning: Replanning,
     arms: ArmCondition,
-    last_seen: int | None,
-    *,
-    following: bool,
-    p_wrong: float = 0.0,
+    rope: RopeTracker,
+    controller: RecedingHorizonController,
+    now: int,
 ) -> Reason | None:
-    """Return the reason to hold the arms; None when they can be controlled.
+    """Return the reason to hold the arms at `now` [ns]; None when they can be controlled.
 
-    Args:
-        task: Task whose state decides, and which requests another path where the rope is lost.
-        now: Present time [ns].
-        arms: Condition of the arms.
-        last_seen: Time of the last observation of the rope [ns]; None before the first one.
-        following: Whether a path is being followed.
-        p_wrong: Probability that what was seen since is not the rope [-]; 0 if nothing was.
+    Another path is requested where the rope is lost, and a few times where the arms do not follow;
+    then the task is given up.
     """
     if not task.active:
         return task.reason
@@ -49,41 +44,22 @@ def hold_reason(
         return Reason(ReasonCode.ARMS_UNAVAILABLE, {"state": arms.reason})
     if task.resettable and task.reset_count != arms.reset_count:
         return Reason(ReasonCode.WAITING_FOR_RESET)
-    if last_seen is None or now - last_seen > MAX_BLIND_TIME:
+    following = controller.reference is not None
+    if rope.last_seen is None or now - rope.last_seen > MAX_BLIND_TIME:
         # At the goal no other path is needed: see `ControlLoop`.
         if following and task.state is RunState.RUNNING:
             task.request_path()
         seconds = MAX_BLIND_TIME / SECOND
-        if p_wrong > MAX_P_WRONG:
-            return Reason(ReasonCode.ROPE_DOUBTFUL, {"seconds": seconds, "p_wrong": p_wrong})
+        if rope.p_wrong > MAX_P_WRONG:
+            detail = {"seconds": seconds, "p_wrong": rope.p_wrong}
+            return Reason(ReasonCode.ROPE_DOUBTFUL, detail)
         return Reason(ReasonCode.ROPE_NOT_SEEN, {"seconds": seconds})
-    return None
-
-
-def unfollowed_reason(
-    task: Task,
-    replanning: Replanning,
-    arms: ArmCondition,
-    tracking_error: float,
-    *,
-    following: bool,
-    deviation: float = 0.0,
-) -> Reason | None:
-    """Return the reason why the arms do not follow; request a few other paths, then give up.
-
-    Args:
-        task: Task that is given up.
-        replanning: Requests for other paths.
-        arms: Condition of the arms.
-        tracking_error: Distance between command and arms [m].
-        following: Whether a path is being followed.
-        deviation: Error of the predictions on that path [m].
-    """
-    reason = None
+    reason, tracking_error = None, controller.tracking_error()
     if following and arms.refused_chunks > MAX_REFUSED_CHUNKS:
         reason = Reason(ReasonCode.SETPOINTS_REFUSED, {"refusal": arms.refusal})
     elif tracking_error > MAX_TRACKING_ERROR:
         reason = Reason(ReasonCode.ARM_OFF_COURSE, {"error_mm": 1e3 * tracking_error})
+    deviation = rope.predictions.max_deviation
     if reason is not None and not replanning.request_careful(Cause.UNFOLLOWED, deviation):
         task.apply(
             RunEvent.GIVE_UP,

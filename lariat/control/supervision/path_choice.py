@@ -72,10 +72,6 @@ class PathChoice:
         """Choose the paths of one task.
 
         Args:
-            task: Task whose runs follow them.
-            adaptation: Adaptation of the rope's material.
-            replanning: Requests for other paths.
-            node_count: Nodes of the rope.
             obstacles_move: Whether obstacles move, so that a path has to know the run's motions.
         """
         self._task, self._adaptation, self._replanning = task, adaptation, replanning
@@ -135,9 +131,6 @@ class PathChoice:
         """Reason not to begin a path here and now; requests another one where it is too late.
 
         Args:
-            offer: Answer of the planner.
-            reference: Its points.
-            motion: Present motion of the grips.
             now: Present time [ns].
         """
         apart = np.linalg.norm(reference.positions[0] - motion.positions, axis=1)

@@ -1,9 +1,10 @@
-"""Watch of the path that is followed: reasons to stop on the way, for another path."""
+"""Watch of the path that is followed: reasons to stop on the way, and the judgement at its end."""
 
 from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float64
@@ -11,14 +12,17 @@ from jaxtyping import Float64
 from lariat.control.estimation.rope_tracker import RopeTracker
 from lariat.control.mpc.collision_scene import CollisionScene
 from lariat.control.mpc.receding_horizon import Command, RecedingHorizonController
+from lariat.control.mpc.reference_trajectory import ReferenceTrajectory
 from lariat.control.run.reasons import Reason, ReasonCode
 from lariat.control.run.state_machine import RunEvent, RunState
 from lariat.control.run.task import Task
 from lariat.control.supervision.clearance_guard import ClearanceGuard, Threat
 from lariat.control.supervision.path_choice import PathChoice
-from lariat.control.supervision.progress import ProgressMonitor
+from lariat.control.supervision.progress import STUCK_TIME, ProgressMonitor
 from lariat.control.supervision.replanning import MAX_REPLANS, Cause, Replanning
+from lariat.geometry.obstacles import Obstacle, chain_clearance, scene_distance
 from lariat.rod.strains import tensions
+from lariat.trajectory import SECOND
 
 log = logging.getLogger(__name__)
 
@@ -28,6 +32,10 @@ MAX_DEVIATION = 0.015
 """Error of the predictions above which a path is planned again [m]."""
 CLEARANCE_STRIDE = 5
 """Points of a path per shape whose clearance is checked when the scene changes."""
+STALL_TIME = 5 * SECOND
+"""Time at the end of a path without settling after which control has stalled [ns]."""
+LEAVE_ERROR = 3.0
+"""Error above which an uncontrolled rope has left its goal, in tolerances [-]."""
 
 
 class PathWatch:
@@ -44,37 +52,32 @@ class PathWatch:
         replanning: Replanning,
         paths: PathChoice,
     ) -> None:
-        """Watch the paths of one task.
-
-        Args:
-            task: Task whose state changes.
-            rope: Estimate of the rope.
-            scene: Obstacles.
-            controller: Controller that follows the paths.
-            progress: Measure of clearances.
-            guard: Guard of the clearance.
-            replanning: Requests for other paths.
-            paths: Choice of the path.
-        """
+        """Watch the paths of one task."""
         self._task, self._rope, self._scene = task, rope, scene
         self._controller, self._progress, self._guard = controller, progress, guard
         self._replanning, self._paths = replanning, paths
         self._start_clearance = np.inf
         """Clearance of the rope at the start of the present path [m]."""
+        self._end_since = 0
+        """Time since when the end of the path has been passed [ns]; 0 before."""
 
     def begin_path(self) -> None:
-        """Measure the clearance at the start of a path."""
-        self._start_clearance = self._progress.clearance_of(
-            self._rope.estimator.nodes, self._scene.still
-        )
+        """Begin a path: its end has not been passed, its start is as clear as the rope is."""
+        self._end_since = 0
+        nodes, radius = self._rope.estimator.nodes, self._progress.radius
+        self._start_clearance = chain_clearance(nodes, radius, self._scene.still)
 
     def review_scene(self) -> None:
         """Request another path where the rest of the present one is not clear any more."""
-        running = self._task.state is RunState.RUNNING
-        if self._controller.reference is not None and running:
-            ahead = self._controller.remaining_nodes[::CLEARANCE_STRIDE]
-            if self._progress.clearance_along(ahead, self._scene.still) < MIN_PATH_CLEARANCE:
-                self._task.request_path()
+        following = self._controller.reference is not None
+        running = following and self._task.state is RunState.RUNNING
+        if running and self._clearance_ahead(self._scene.still) < MIN_PATH_CLEARANCE:
+            self._task.request_path()
+
+    def _clearance_ahead(self, obstacles: Sequence[Obstacle]) -> float:
+        """Least distance between the nodes along the rest of the path and obstacles [m]."""
+        ahead = self._controller.remaining_nodes[::CLEARANCE_STRIDE]
+        return float(scene_distance(ahead, obstacles).min(initial=np.inf)) - self._progress.radius
 
     def must_stop(self, command: Command) -> bool:
         """Whether to stop instead of a command, for another path or because there is none.
@@ -105,9 +108,7 @@ class PathWatch:
         if threat is None:
             return False
         obstacle = [o for o in self._scene.avoided if o.name == threat.obstacle]
-        ahead = self._controller.remaining_nodes[::CLEARANCE_STRIDE]
-        clearance = self._progress.clearance_along(ahead, obstacle)
-        log.info("%s", self.threatened(threat, clearance))
+        log.info("%s", self.threatened(threat, self._clearance_ahead(obstacle)))
         return True
 
     def pulled(self, nodes: Float64[np.ndarray, "n 3"]) -> bool:
@@ -143,7 +144,6 @@ class PathWatch:
         """Reason to stop before a contact; requests a few more careful paths, then gives up.
 
         Args:
-            threat: Contact that is to be expected.
             path_clearance: Clearance from its obstacle along the rest of the path [m].
         """
         detail = {
@@ -162,3 +162,49 @@ class PathWatch:
             needed_mm=math.ceil(1e3 * max(threat.lack, threat.limit - path_clearance)),
         )
         return self._task.reason
+
+    def judge(self, now: int, reference: ReferenceTrajectory, *, at_end: bool) -> None:
+        """Decide whether the goal is reached, another path is needed, or the run has failed.
+
+        Args:
+            now: Present time [ns].
+            at_end: Whether the end of the path has been passed.
+        """
+        task, progress = self._task, self._progress
+        if not at_end:
+            return
+        if progress.settled(now):
+            self._end_since = 0
+            if task.accepts(RunEvent.SETTLE):
+                task.apply(RunEvent.SETTLE, ReasonCode.SETTLED)
+            return
+        self._end_since = self._end_since or now
+        late = now - self._end_since > STALL_TIME
+        resting = progress.resting(now)
+        if task.state is not RunState.RUNNING or not (resting or late):
+            return
+        stuck = resting and progress.stuck(now) and now - self._end_since > STUCK_TIME
+        # A path that ends short was planned for the rope as it was believed to be.
+        changed = resting and self._paths.material_changed
+        stalled = reference.reached and (stuck or late)
+        if (changed or stalled) and self._replanning.request(Cause.STALLED):
+            self._end_since = 0
+        elif stalled:
+            task.apply(
+                RunEvent.GIVE_UP,
+                ReasonCode.STALLED,
+                error_mm=1e3 * progress.error,
+                paths=MAX_REPLANS[Cause.STALLED],
+            )
+        elif stuck:
+            task.apply(RunEvent.GIVE_UP, ReasonCode.PATH_ENDS_SHORT, answer=reference.reason)
+
+    def released(self) -> None:
+        """Leave the reached state when the rope has left the goal while the arms hold.
+
+        An arm may have been moved by hand, or replaced: the rope is not led back without a start.
+        """
+        error = self._progress.error
+        limit = LEAVE_ERROR * self._progress.tolerance
+        if self._task.accepts(RunEvent.LEAVE_GOAL) and error > limit:
+            self._task.apply(RunEvent.LEAVE_GOAL, ReasonCode.LEFT_GOAL, error_mm=1e3 * error)

@@ -4,51 +4,37 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.geometry.obstacles import Obstacle, chain_clearance, signed_distance
+from lariat.geometry.obstacles import Obstacle, chain_clearance
 
-
-@dataclass(frozen=True)
-class ProgressSettings:
-    """Thresholds of a run's progress."""
-
-    settling_time: int = 300_000_000
-    """Duration for which the rope must rest within tolerance to have settled [ns]."""
-    memory_margin: int = 50_000_000
-    """Duration beyond the settling time for which observations are kept [ns]."""
-    rest_speed: float = 0.01
-    """Mean node speed below which the rope rests, above what noise makes [m/s]."""
-    clearance_period: int = 180_000_000
-    """Minimum time between two computations of the clearance [ns]."""
-    progress_share: float = 0.03
-    """Decrease of the error that counts as progress, as a share of the error [-]."""
-    stuck_time: int = 1_500_000_000
-    """Time without progress after which the rope is stuck [ns]."""
+SETTLING_TIME = 300_000_000
+"""Duration for which the rope must rest within tolerance to have settled [ns]."""
+MEMORY_MARGIN = 50_000_000
+"""Duration beyond the settling time for which observations are kept [ns]."""
+REST_SPEED = 0.01
+"""Mean node speed below which the rope rests, above what noise makes [m/s]."""
+CLEARANCE_PERIOD = 180_000_000
+"""Minimum time between two computations of the clearance [ns]."""
+PROGRESS_SHARE = 0.03
+"""Decrease of the error that counts as progress, as a share of the error [-]."""
+STUCK_TIME = 1_500_000_000
+"""Time without progress, and since the end of its path, after which the rope is stuck [ns]."""
 
 
 class ProgressMonitor:
     """Measures of a run, from observations of the rope."""
 
-    def __init__(
-        self,
-        tolerance: float,
-        radius: float,
-        settings: ProgressSettings | None = None,
-        angle_tolerance: float = np.inf,
-    ) -> None:
+    def __init__(self, tolerance: float, radius: float, angle_tolerance: float = np.inf) -> None:
         """Create a monitor of no run.
 
         Args:
             tolerance: Mean node distance to the goal that counts as reached [m].
             radius: Radius of the rope [m].
-            settings: Thresholds.
             angle_tolerance: Angle of the ends from the goal that counts as reached [rad].
         """
-        self.settings = settings or ProgressSettings()
         self.tolerance, self.radius = tolerance, radius
         self.angle_tolerance = angle_tolerance
         self.angle_error = 0.0
@@ -99,16 +85,14 @@ class ProgressMonitor:
             distances = distances[counted]
         self.error, self.max_node_error = float(np.mean(distances)), float(np.max(distances))
         self._recent.append((stamp, self.error, nodes))
-        while (
-            stamp - self._recent[0][0] > self.settings.settling_time + self.settings.memory_margin
-        ):
+        while stamp - self._recent[0][0] > SETTLING_TIME + MEMORY_MARGIN:
             self._recent.popleft()
-        if self.error < (1.0 - self.settings.progress_share) * self._best[0]:
+        if self.error < (1.0 - PROGRESS_SHARE) * self._best[0]:
             self._best = self.error, stamp
-        if stamp - self._clearance_stamp >= self.settings.clearance_period:
+        if stamp - self._clearance_stamp >= CLEARANCE_PERIOD:
             self._clearance_stamp = stamp
             avoided = [o for o in obstacles if not o.support]
-            self.clearance = self.clearance_of(nodes, avoided)
+            self.clearance = chain_clearance(nodes, self.radius, avoided)
             self.min_clearance = min(self.min_clearance, self.clearance)
             self._untaken_clearance = min(self._untaken_clearance, self.clearance)
 
@@ -117,21 +101,6 @@ class ProgressMonitor:
         least = min(self._untaken_clearance, self.clearance)
         self._untaken_clearance = np.inf
         return least
-
-    def clearance_of(
-        self, nodes: Float64[np.ndarray, "n 3"], obstacles: Sequence[Obstacle]
-    ) -> float:
-        """Distance between the surfaces of the rope's segments and obstacles [m].
-
-        Args:
-            nodes: Nodes of the rope [m].
-            obstacles: Obstacles that count.
-        """
-        rough = [float(np.min(signed_distance(nodes, o))) for o in obstacles]
-        # A segment is nearer than its nodes by half an edge at most.
-        reach = min(rough, default=0.0) + float(np.linalg.norm(nodes[1] - nodes[0]))
-        candidates = [o for o, d in zip(obstacles, rough, strict=True) if d <= reach]
-        return chain_clearance(nodes, self.radius, candidates)
 
     def settled(self, now: int) -> bool:
         """Whether the rope has rested within tolerance of the goal for a while.
@@ -149,7 +118,7 @@ class ProgressMonitor:
         Args:
             now: Present time [ns].
         """
-        if len(self._recent) < 3 or now - self._recent[0][0] < self.settings.settling_time:
+        if len(self._recent) < 3 or now - self._recent[0][0] < SETTLING_TIME:
             return False
         third = max(1, len(self._recent) // 3)
         entries = list(self._recent)
@@ -157,7 +126,7 @@ class ProgressMonitor:
         last = np.mean([n for _, _, n in entries[-third:]], axis=0)
         elapsed = (entries[-1][0] - entries[0][0]) * 1e-9 * 2.0 / 3.0
         moved = float(np.mean(np.linalg.norm(last - first, axis=1)))
-        return moved < self.settings.rest_speed * max(elapsed, 1e-3)
+        return moved < REST_SPEED * max(elapsed, 1e-3)
 
     def stuck(self, now: int) -> bool:
         """Whether the error has not decreased for a while.
@@ -165,16 +134,4 @@ class ProgressMonitor:
         Args:
             now: Present time [ns].
         """
-        return now - self._best[1] > self.settings.stuck_time
-
-    def clearance_along(
-        self, shapes: Float64[np.ndarray, "t n 3"], obstacles: Sequence[Obstacle]
-    ) -> float:
-        """Least distance between the nodes of several shapes and obstacles [m].
-
-        Args:
-            shapes: Nodes of each shape [m].
-            obstacles: Obstacles that count.
-        """
-        nearest = [float(np.min(signed_distance(shapes, o))) for o in obstacles if len(shapes)]
-        return min(nearest, default=np.inf) - self.radius
+        return now - self._best[1] > STUCK_TIME

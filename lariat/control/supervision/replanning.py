@@ -57,11 +57,7 @@ class Replanning:
     """Requests of one task for other paths, counted by cause."""
 
     def __init__(self, task: Task) -> None:
-        """Request paths for a task.
-
-        Args:
-            task: Task whose paths are planned.
-        """
+        """Request paths for a task."""
         self._task = task
         self.begin_run()
 
@@ -86,7 +82,6 @@ class Replanning:
         """Request a path with more clearance and less speed.
 
         Args:
-            cause: Cause of the request.
             deviation: Error of the predictions so far [m].
 
         Returns:

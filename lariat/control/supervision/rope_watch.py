@@ -30,14 +30,7 @@ class RopeWatch:
     def __init__(
         self, task: Task, rope: RopeTracker, progress: ProgressMonitor, replanning: Replanning
     ) -> None:
-        """Watch the rope of one task.
-
-        Args:
-            task: Task whose state changes.
-            rope: Estimate of the rope.
-            progress: Measures of the run.
-            replanning: Requests for other paths.
-        """
+        """Watch the rope of one task."""
         self._task, self._rope = task, rope
         self._progress, self._replanning = progress, replanning
         self._slip_detector, self._snag_detector = SlipDetector(), SnagDetector()
@@ -53,9 +46,6 @@ class RopeWatch:
         """Take in an observation.
 
         Args:
-            seen: Observation of the rope.
-            rope: What counts of it for the estimate.
-            obstacles: Obstacles of the scene.
             following: Whether a path is being followed.
         """
         estimator, goal = self._rope.estimator, self._task.goal
@@ -118,11 +108,7 @@ class RopeWatch:
             self.snagged(snag)
 
     def snagged(self, snag: Snag) -> None:
-        """Stop a rope that stays behind and look again from rest; give up if it hangs on something.
-
-        Args:
-            snag: Place and sign.
-        """
+        """Stop a rope that stays behind, for another path; give up if it hangs on something."""
         behind = snag.sign == "stays_behind"
         deviation = self._rope.predictions.max_deviation
         if behind and self._replanning.request_careful(Cause.SNAG, deviation):

@@ -13,16 +13,11 @@ from jaxtyping import Bool, Float64
 
 from lariat.scenario import SIDES, Side
 
-
-@dataclass(frozen=True)
-class SlipSettings:
-    """Thresholds of the detector."""
-
-    distance: float = 0.03
-    """Distance of an end of the rope from its grip above which the grip does not hold it [m];
-    errors of grips and camera are smaller."""
-    observations: int = 4
-    """Successive observations of such an end."""
+MAX_DISTANCE = 0.03
+"""Distance of an end of the rope from its grip above which the grip does not hold it [m]; errors of
+grips and camera are smaller."""
+OBSERVATIONS = 4
+"""Successive observations of such an end."""
 
 
 @dataclass(frozen=True)
@@ -38,13 +33,8 @@ class Slip:
 class SlipDetector:
     """Detector that compares the ends of the observed rope with the grips."""
 
-    def __init__(self, settings: SlipSettings | None = None) -> None:
-        """Create a detector without observations.
-
-        Args:
-            settings: Thresholds.
-        """
-        self.settings = settings or SlipSettings()
+    def __init__(self) -> None:
+        """Create a detector without observations."""
         self.reset()
 
     def reset(self) -> None:
@@ -72,8 +62,8 @@ class SlipDetector:
         slip = None
         distances = np.linalg.norm(nodes[[0, -1]] - grips, axis=1)
         for k, node in enumerate((0, -1)):
-            away = bool(observed[node]) and distances[k] > self.settings.distance
+            away = bool(observed[node]) and distances[k] > MAX_DISTANCE
             self._signs[k] = self._signs[k] + 1 if away else 0
-            if self._signs[k] >= self.settings.observations:
+            if self._signs[k] >= OBSERVATIONS:
                 slip = Slip(SIDES[k], float(distances[k]))
         return slip

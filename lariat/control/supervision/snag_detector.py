@@ -18,27 +18,22 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float64
 
-
-@dataclass(frozen=True)
-class SnagSettings:
-    """Thresholds of the detector."""
-
-    window: int = 400_000_000
-    """Duration over which motion is compared [ns]."""
-    min_model_motion: float = 0.03
-    """Least motion of a node of the model that is compared [m]."""
-    max_motion_share: float = 0.35
-    """Motion below which a node stays behind, as a share of the model's motion [-]."""
-    min_growth: float = 0.02
-    """Least growth of the distance between a node that stays behind and the model's [m]."""
-    taut_slack: float = 0.01
-    """Slack below which the rope is taut, as a share of its length [-]."""
-    model_slack: float = 0.02
-    """Slack that the model must have beyond the rope's, as a share of the length [-]."""
-    adjacent_nodes: int = 3
-    """Adjacent nodes that must show the same sign."""
-    observations: int = 4
-    """Successive observations that must show a sign."""
+WINDOW = 400_000_000
+"""Duration over which motion is compared [ns]."""
+MIN_MODEL_MOTION = 0.03
+"""Least motion of a node of the model that is compared [m]."""
+MAX_MOTION_SHARE = 0.35
+"""Motion below which a node stays behind, as a share of the model's motion [-]."""
+MIN_GROWTH = 0.02
+"""Least growth of the distance between a node that stays behind and the model's [m]."""
+TAUT_SLACK = 0.01
+"""Slack below which the rope is taut, as a share of its length [-]."""
+MODEL_SLACK = 0.02
+"""Slack that the model must have beyond the rope's, as a share of the length [-]."""
+ADJACENT_NODES = 3
+"""Adjacent nodes that must show the same sign."""
+OBSERVATIONS = 4
+"""Successive observations that must show a sign."""
 
 
 @dataclass(frozen=True)
@@ -54,13 +49,8 @@ class Snag:
 class SnagDetector:
     """Detector that compares the observed rope with the model."""
 
-    def __init__(self, settings: SnagSettings | None = None) -> None:
-        """Create a detector without observations.
-
-        Args:
-            settings: Thresholds.
-        """
-        self.settings = settings or SnagSettings()
+    def __init__(self) -> None:
+        """Create a detector without observations."""
         self.reset()
 
     def reset(self) -> None:
@@ -89,14 +79,14 @@ class SnagDetector:
             leaning: Whether the rope leans on a support, where friction may hold it back.
         """
         self._past.append((stamp, nodes, model))
-        while len(self._past) > 2 and stamp - self._past[1][0] >= self.settings.window:
+        while len(self._past) > 2 and stamp - self._past[1][0] >= WINDOW:
             self._past.popleft()
         sign: Literal["stays_behind", "taut"] = "stays_behind"
         node = None if leaning else self._node_behind(nodes, model, observed)
         if node is None:
             sign, node = "taut", self._taut_node(nodes, model, observed, length)
         self._signs = 0 if node is None else self._signs + 1
-        if node is None or self._signs < self.settings.observations:
+        if node is None or self._signs < OBSERVATIONS:
             return None
         return Snag(sign, nodes[node])
 
@@ -108,20 +98,19 @@ class SnagDetector:
     ) -> int | None:
         """Middle one of the nodes that stay behind the model."""
         stamp, nodes_before, model_before = self._past[0]
-        settings = self.settings
-        if self._past[-1][0] - stamp < settings.window:
+        if self._past[-1][0] - stamp < WINDOW:
             return None
         expected = np.linalg.norm(model - model_before, axis=1)
-        if np.max(expected) <= settings.min_model_motion:
+        if np.max(expected) <= MIN_MODEL_MOTION:
             return None
         moved = np.linalg.norm(nodes - nodes_before, axis=1)
         growth = np.linalg.norm(nodes - model, axis=1)
         growth = growth - np.linalg.norm(nodes_before - model_before, axis=1)
         return self._middle(
             observed
-            & (expected > settings.min_model_motion)
-            & (moved < settings.max_motion_share * expected)
-            & (growth > settings.min_growth)
+            & (expected > MIN_MODEL_MOTION)
+            & (moved < MAX_MOTION_SHARE * expected)
+            & (growth > MIN_GROWTH)
         )
 
     def _taut_node(
@@ -133,11 +122,11 @@ class SnagDetector:
     ) -> int | None:
         """Middle one of the nodes at which the rope is taut and the model is not."""
         slack = length - _path_lengths(nodes, model)
-        taut = slack < self.settings.taut_slack * length
+        taut = slack < TAUT_SLACK * length
         if not taut.any():
             return None
         expected = length - _path_lengths(model, model)
-        model_slack = expected > slack + self.settings.model_slack * length
+        model_slack = expected > slack + MODEL_SLACK * length
         return self._middle(observed & taut & model_slack)
 
     def _middle(self, chosen: Bool[np.ndarray, "n"]) -> int | None:
@@ -147,7 +136,7 @@ class SnagDetector:
         edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int)))
         runs = [(b - a, (a + b) // 2) for a, b in pairwise(edges.tolist())][::2]
         longest, middle = max(runs, default=(0, 0))
-        return middle if longest >= self.settings.adjacent_nodes else None
+        return middle if longest >= ADJACENT_NODES else None
 
 
 def _path_lengths(

@@ -1,4 +1,4 @@
-"""The arms stop on the way for another path, a few times, then the run fails."""
+"""The arms stop on the way for another path, a few times, then the run fails; its end is judged."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from lariat.control.supervision.clearance_guard import Threat
 from lariat.control.supervision.path_watch import PathWatch
 from lariat.geometry.obstacles import TABLE
 from lariat.rod import RodProperties
+from lariat.trajectory import SECOND
 from tests.lariat.control.supervision.started_run import Run, path
 
 
@@ -101,3 +102,49 @@ def test_a_rope_that_is_pulled_more_than_the_limit_ends_the_run(
     if pulled:
         assert run.task.reason.code is ReasonCode.PULLED
         assert "2.00 N" in str(run.task.reason)
+
+
+def test_reached_run_ends_when_the_rope_leaves_the_goal_while_the_arms_hold(
+    run: Run,
+) -> None:
+    watch = watch_of(run)
+    run.progress.at_goal = True
+    watch.judge(3 * SECOND, path(), at_end=True)
+    assert run.task.reason.code is ReasonCode.SETTLED
+    run.progress.error = 0.008
+    watch.released()
+    assert run.task.state is RunState.REACHED
+    run.progress.error = 0.010
+    watch.released()
+    assert (run.task.state, run.task.reason.code) == (RunState.IDLE, ReasonCode.LEFT_GOAL)
+
+
+def test_stalled_run_asks_for_two_paths_then_fails(run: Run) -> None:
+    watch = watch_of(run)
+    now = 2 * SECOND
+    for expected in (1, 2):
+        watch.judge(now, path(), at_end=True)
+        now += 5 * SECOND + 1
+        watch.judge(now, path(), at_end=True)
+        assert run.task.replan_count == expected
+    watch.judge(now, path(), at_end=True)
+    watch.judge(now + 5 * SECOND + 1, path(), at_end=True)
+    assert (run.task.state, run.task.reason.code) == (RunState.FAILED, ReasonCode.STALLED)
+
+
+def test_rope_at_rest_at_the_end_of_a_path_that_ends_short_fails(run: Run) -> None:
+    watch = watch_of(run)
+    run.progress.at_rest = run.progress.without_progress = True
+    short = path(reached=False)
+    watch.judge(2 * SECOND, short, at_end=True)
+    assert run.task.state is RunState.RUNNING
+    watch.judge(4 * SECOND, short, at_end=True)
+    assert run.task.reason.code is ReasonCode.PATH_ENDS_SHORT
+    assert str(run.task.reason) == "blocked"
+
+
+def test_nothing_is_judged_before_the_end_of_the_path(run: Run) -> None:
+    watch = watch_of(run)
+    run.progress.at_goal = True
+    watch.judge(60 * SECOND, path(), at_end=False)
+    assert run.task.state is RunState.RUNNING

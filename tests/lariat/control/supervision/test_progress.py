@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.control.supervision.progress import ProgressMonitor, ProgressSettings
+from lariat.control.supervision.progress import STUCK_TIME, ProgressMonitor
 from lariat.geometry.obstacles import Obstacle
 
 PERIOD = 40_000_000
@@ -62,11 +62,10 @@ def test_rope_is_stuck_when_the_error_falls_by_less_than_the_progress_share() ->
     progress = monitor()
     progress.begin(0, 0)
     observe(progress, [0.100, 0.098])
-    stuck_time = ProgressSettings().stuck_time
-    assert not progress.stuck(PERIOD + stuck_time)
-    assert progress.stuck(PERIOD + stuck_time + 1)
+    assert not progress.stuck(PERIOD + STUCK_TIME)
+    assert progress.stuck(PERIOD + STUCK_TIME + 1)
     observe(progress, [0.096], 3 * PERIOD)
-    assert not progress.stuck(3 * PERIOD + stuck_time)
+    assert not progress.stuck(3 * PERIOD + STUCK_TIME)
 
 
 def test_clearance_is_that_of_the_surfaces_and_leaves_supports_out() -> None:
@@ -96,9 +95,3 @@ def test_clearance_is_also_that_between_nodes() -> None:
     pin = Obstacle("sphere", (0.025, 0.012, 0.3), radius=0.001)
     progress.observe(10 * PERIOD, GOAL, GOAL, (pin,))
     assert progress.clearance == pytest.approx(0.011 - 0.004, abs=1e-6)
-
-
-def test_clearance_along_shapes_is_the_least_of_them() -> None:
-    shapes = np.stack([GOAL, GOAL + np.array([0.0, 0.05, 0.0])])
-    assert monitor().clearance_along(shapes, (POST,)) == pytest.approx(0.026)
-    assert monitor().clearance_along(shapes, ()) == np.inf

@@ -23,7 +23,6 @@ def path_clearance(
     The motion between two points counts too, so that nothing jumps over a thin body.
 
     Args:
-        problem: Obstacles, and sizes of rope and grippers.
         positions: Positions of the grips [m].
         orientations: Orientations of the grips, wxyz.
         nodes: Nodes of the rope [m].

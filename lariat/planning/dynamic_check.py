@@ -25,7 +25,6 @@ def simulate_path(
     """Return the nodes along a timed path, dynamics included, and the swing after it [m].
 
     Args:
-        problem: Rod, its initial state, and supports.
         positions: Positions of the grips [m].
         orientations: Orientations of the grips, wxyz.
         dt: Time between points [s].
@@ -44,12 +43,7 @@ def simulate_path(
 
 
 def tension_fault(problem: Problem, nodes: Float64[np.ndarray, "t n 3"]) -> str:
-    """Return in words how a path pulls the rope too much; empty where it does not.
-
-    Args:
-        problem: Rod, and limit of its tension.
-        nodes: Nodes of the rod along the path [m].
-    """
+    """Return in words how a path with given nodes [m] pulls the rope too much; empty if not."""
     limit = problem.limits.tension
     tension = float(np.max(tensions(nodes, problem.rod.properties)))
     if limit is None or tension <= limit:

@@ -28,12 +28,7 @@ LAYING_PACE = Pace(1.3, (0.16, 0.1))
 
 
 def plan_laying(problem: Problem, approach: Callable[[Problem], WholePath]) -> WholePath:
-    """Return a path that lays the rope along the route of the goal.
-
-    Args:
-        problem: Planning problem whose goal has a route.
-        approach: Planner of the path to where laying begins.
-    """
+    """Return a path that lays the rope along the route of the goal, after an approach to it."""
     goal, bodies = problem.goal, problem.solid
     grips = problem.feasible_goal_grips
     ends = np.array([grip.position for grip in grips])

@@ -176,10 +176,6 @@ class WholePath:
     """What an arm would break along the path, in words; empty where the arms can go it."""
 
     def of_grippers(self, problem: Problem) -> WholePath:
-        """Return the path of the grippers that lead the rope's ends along this one.
-
-        Args:
-            problem: Problem that says how they hold the ends.
-        """
+        """Return the path of the grippers that lead the rope's ends along this one."""
         positions, orientations = problem.grippers(self.positions, self.orientations)
         return replace(self, positions=positions, orientations=orientations)

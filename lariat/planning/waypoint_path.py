@@ -9,7 +9,7 @@ from lariat.geometry import poses
 from lariat.planning.collision_check import gripper_overlap, path_clearance
 from lariat.planning.dynamic_check import simulate_path, tension_fault
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.retiming import PATH_PERIOD, RETIMING_SETTINGS
+from lariat.planning.retiming import CLEARANCE_TOLERANCE, MIN_CLEARANCE, PATH_PERIOD
 from lariat.planning.time_parameterization import Pace, time_parameterize
 from lariat.rod import state_along
 
@@ -27,10 +27,8 @@ def path_through(
     `blocked`, or how far from the goal it ends.
 
     Args:
-        problem: Planning problem.
         positions: Positions of the rope's ends [m].
         orientations: Their orientations, wxyz.
-        pace: Speed, and smoothing of corners.
     """
     limits = problem.limits.scaled(problem.pace)
     positions, orientations = time_parameterize(positions, orientations, limits, PATH_PERIOD, pace)
@@ -45,11 +43,11 @@ def path_through(
     error = problem.goal_error(end)
     clearance = path_clearance(problem, positions, orientations, nodes)
     overlap = gripper_overlap(problem, positions, orientations)
-    least = min(RETIMING_SETTINGS.min_clearance, problem.clearance)
+    least = min(MIN_CLEARANCE, problem.clearance)
     blocked = tension_fault(problem, nodes)
     if overlap > 0.0:
         blocked = f"the grippers come {1e3 * overlap:.1f} mm too close to each other"
-    elif clearance < least - RETIMING_SETTINGS.clearance_tolerance:
+    elif clearance < least - CLEARANCE_TOLERANCE:
         blocked = (
             f"it comes within {1e3 * clearance:.1f} mm of an obstacle ({1e3 * least:.1f} mm needed)"
         )

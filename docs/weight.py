@@ -13,7 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 KINDS = {
-    "obstacle shape": r"\bcone\b|\bCONE\b",
+    "obstacle shape": r"\bcone\b(?!=)|\bCONE\b",
     "identified rope parameter": r"\bdrag_coefficient\b|\bDRAG_COEFFICIENT\b",
     "flag of a goal": r"\bends_only\b",
     "topic": r"\bROPE_OTHERS\b|rope/others",

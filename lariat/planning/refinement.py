@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from lariat.planning.arms.arm_check import LEAST_LINK_MARGIN
+from lariat.planning.collision_check import CLEARANCE_TOLERANCE
 from lariat.planning.path_optimization.block_path import BLOCKS
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.retiming import (
-    CLEARANCE_TOLERANCE,
-    required_clearance,
-    retime,
-)
+from lariat.planning.retiming import required_clearance, retime
 from lariat.planning.tree_search.search import TreePath, pose_displacements
 
 ITERATIONS = 12

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.planning.arms.arm_check import LINK_MARGIN, arm_fault
-from lariat.planning.collision_check import gripper_overlap, path_clearance
-from lariat.planning.dynamic_check import simulate_path, tension_fault
+from lariat.planning.collision_check import MIN_CLEARANCE, fault_on_the_way, path_clearance
+from lariat.planning.dynamic_check import simulate_path
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath, grip_distance
 from lariat.planning.time_parameterization import Pace, time_parameterize
@@ -38,10 +38,6 @@ NEGLIGIBLE_SWING = 2e-4
 """Amplitude below which a swing is negligible [m]."""
 SWING_DURATION = 1.0
 """Duration that costs as much as a factor e of residual swing [s]."""
-MIN_CLEARANCE = 0.005
-"""Clearance below which a path is blocked [m], unless start or goal have less."""
-CLEARANCE_TOLERANCE = 5e-4
-"""Lack of clearance that is accepted [m]."""
 SLOWER = 0.6
 """Factor on the pace of a path along which a joint of an arm turns or speeds up too fast."""
 MAX_SLOWER = 3
@@ -108,17 +104,10 @@ def _at_best_pace(
         if best is None or (close, cost) < least:
             best, least = (positions, orientations, nodes, clearance), (close, cost)
     assert best is not None
+    least_clearance = required_clearance(optimizer)
+    fault = fault_on_the_way(problem, *best, least_clearance)
+    reason = f"blocked: on every path found {fault}" if fault else _miss(problem, candidate.error)
     positions, orientations, nodes, clearance = best
-    reason = _failure(problem, candidate, clearance, required_clearance(optimizer))
-    if pulled := tension_fault(problem, nodes):
-        reason = f"blocked: on every path found {pulled}"
-    overlap = gripper_overlap(problem, positions, orientations)
-    if overlap > 0.0:
-        reason = (
-            "blocked: on every path found the grippers come "
-            f"{1e3 * overlap:.1f} mm too close to each other"
-        )
-        clearance = -overlap
     return WholePath(
         PATH_PERIOD,
         positions,
@@ -131,28 +120,18 @@ def _at_best_pace(
     )
 
 
-def _failure(
-    problem: Problem,
-    candidate: PathCandidate,
-    clearance: float,
-    least: float,
-) -> str:
-    """Reason why a path does not reach the goal; empty when it does."""
-    if clearance < least - CLEARANCE_TOLERANCE:
-        return (
-            f"blocked: every path found comes within {1e3 * clearance:.1f} mm of an obstacle "
-            f"({1e3 * least:.1f} mm needed)"
-        )
+def _miss(problem: Problem, error: float) -> str:
+    """Reason why a path that ends some error [m] from the goal misses it; empty if it does not."""
+    if error <= problem.tolerance:
+        return ""
     needed = grip_distance(problem.goal.grips)
-    if candidate.error > problem.tolerance and needed > problem.longest_grip_distance:
+    if needed > problem.longest_grip_distance:
         return (
             f"unreachable: the grips of the goal are {needed:.4f} m apart, and a path brings them "
             f"{problem.longest_grip_distance:.4f} m apart at most; bring them closer, or raise "
             "limits.overstretch"
         )
-    if candidate.error > problem.tolerance:
-        return (
-            f"unreachable: the nearest shape found is {1e3 * candidate.error:.1f} mm from the "
-            f"goal on average (tolerance {1e3 * problem.tolerance:.1f} mm)"
-        )
-    return ""
+    return (
+        f"unreachable: the nearest shape found is {1e3 * error:.1f} mm from the "
+        f"goal on average (tolerance {1e3 * problem.tolerance:.1f} mm)"
+    )

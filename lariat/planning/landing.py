@@ -106,14 +106,7 @@ def landed(
     share = np.linspace(1.0, 0.0, len(waypoints))[:, None, None]
     waypoints = waypoints + share * (positions - waypoints[0])
     candidate = optimizer.translated(np.diff(waypoints, axis=0))
-    down = retime(descent, optimizer, candidate, paces=DESCENT_PACES)
-    return replace(
-        down,
-        positions=np.concatenate([approach.positions, down.positions[1:]]),
-        orientations=np.concatenate([approach.orientations, down.orientations[1:]]),
-        nodes=np.concatenate([approach.nodes, down.nodes[1:]]),
-        clearance=min(approach.clearance, down.clearance),
-    )
+    return retime(descent, optimizer, candidate, paces=DESCENT_PACES).after(approach)
 
 
 def _lying(problem: Problem) -> tuple[RodState, tuple[Pose, Pose]] | None:

@@ -58,13 +58,7 @@ def plan_laying(problem: Problem, approach: Callable[[Problem], WholePath]) -> W
         orientations,
         LAYING_PACE,
     )
-    path = replace(
-        down,
-        positions=np.concatenate([above.positions, down.positions[1:]]),
-        orientations=np.concatenate([above.orientations, down.orientations[1:]]),
-        nodes=np.concatenate([above.nodes, down.nodes[1:]]),
-        clearance=min(above.clearance, down.clearance),
-    )
+    path = down.after(above)
     held = held_clips(goal.route, bodies, path.nodes[-1])
     lost = [name for name in clip_names(goal.route) if name not in held]
     reason = path.reason

@@ -18,10 +18,12 @@ RESERVE_PER_SHORTFALL = 1.3
 """Reserve that is added per clearance lost in motion [-]."""
 
 
-def followed(problem: Problem, tree_path: TreePath) -> tuple[PathOptimizer, PathCandidate]:
+def followed(
+    problem: Problem, tree_path: TreePath, blocks: int = BLOCKS
+) -> tuple[PathOptimizer, PathCandidate]:
     """Return an optimiser for a path of the trees, and its candidate with the whole rod."""
-    optimizer = PathOptimizer(problem)
-    displacements = pose_displacements(tree_path.grips, tree_path.step_lengths, BLOCKS)
+    optimizer = PathOptimizer(problem, blocks=blocks)
+    displacements = pose_displacements(tree_path.grips, tree_path.step_lengths, blocks)
     return optimizer, optimizer.follow(displacements)
 
 
@@ -42,7 +44,7 @@ def refined_path(
         # Smoothing and swing reduce the clearance: refine with a larger reserve.
         lack = RESERVE_PER_SHORTFALL * (least - path.clearance)
         reserve = optimizer.reserve + lack
-        wider = PathOptimizer(problem, reserve)
+        wider = PathOptimizer(problem, reserve, optimizer.blocks)
         again = wider.refine(wider.allow_for_uncertainty(candidate), WIDER_ITERATIONS)
         retimed = retime(problem, wider, again)
         path = max(path, retimed, key=lambda p: rank(p, optimizer))
@@ -62,7 +64,7 @@ def is_clear(path: WholePath, optimizer: PathOptimizer) -> bool:
 
 def avoiding_with_arms(problem: Problem, optimizer: PathOptimizer) -> PathOptimizer:
     """Return an optimiser that keeps the constraints of the arms, too."""
-    return PathOptimizer(problem, optimizer.reserve, avoid_with_arms=True)
+    return PathOptimizer(problem, optimizer.reserve, optimizer.blocks, avoid_with_arms=True)
 
 
 def rank(path: WholePath, optimizer: PathOptimizer) -> tuple[bool, bool, float]:

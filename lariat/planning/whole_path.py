@@ -36,6 +36,8 @@ TREE_CLEARANCES = (0.8, 0.5, 0.65)
 clearance, the others to the necessary one."""
 TREE_ITERATIONS = 3
 """Largest number of Gauss-Newton iterations of a path that the trees found."""
+TREE_BLOCKS = (12, 24)
+"""Numbers of blocks of a path that the trees found, in the order of trial."""
 TREE_GROWTH = (10, 150)
 """Numbers of iterations after which the searches take turns: after few, they have tried to lead the
 rope lengthwise through each narrow passage."""
@@ -140,12 +142,22 @@ def _search_trees(problem: Problem, optimizer: PathOptimizer, clock: PlanningTim
             break
         tree_path = searches[seed].run(until)
         if tree_path.reaches_goal:
-            follower, start = followed(problem, tree_path)
-            paths.append(refined_path(problem, follower, start, TREE_ITERATIONS))
+            paths.append(_refined(problem, tree_path))
             if paths[-1].reached and is_clear(paths[-1], optimizer):
                 break
     best = max(paths, key=lambda path: rank(path, optimizer), default=None)
     return Searched(best, tree_path, proof)
+
+
+def _refined(problem: Problem, tree_path: TreePath) -> WholePath:
+    """Timed path of the trees, in more blocks where it is not clear in the usual number."""
+    path = stay(problem, "")
+    for blocks in TREE_BLOCKS:
+        follower, start = followed(problem, tree_path, blocks)
+        path = refined_path(problem, follower, start, TREE_ITERATIONS)
+        if is_clear(path, follower) or path.arm_fault:
+            break
+    return path
 
 
 def _is_rest_shape(problem: Problem) -> bool:

@@ -28,9 +28,9 @@ BlockDisplacements = Float64[np.ndarray, "k 2 6"]
 class BlockPath:
     """Maps the displacements in blocks to poses of the grips and actions of the rod."""
 
-    def __init__(self, problem: Problem) -> None:
-        self._problem = problem
-        blocks, steps = BLOCKS, STEPS_PER_BLOCK
+    def __init__(self, problem: Problem, blocks: int = BLOCKS) -> None:
+        self._problem, self._blocks = problem, blocks
+        steps = STEPS_PER_BLOCK
         self.block_of_step = np.concatenate(
             [np.repeat(np.arange(blocks), steps), np.full(SETTLING_STEPS, blocks)]
         )
@@ -72,7 +72,7 @@ class BlockPath:
 
     def translation_to_goal(self) -> Float64[np.ndarray, "k 2 3"]:
         """Return the even translation to the goal's grips [m]."""
-        problem, blocks = self._problem, BLOCKS
+        problem, blocks = self._problem, self._blocks
         pairs = zip(problem.goal.grips, problem.grips, strict=True)
         whole = np.stack([b.position - a.position for b, a in pairs]) * problem.moves[:, :3]
         return np.tile(whole / blocks, (blocks, 1, 1))
@@ -83,7 +83,7 @@ class BlockPath:
         Args:
             extra_turns: Whole turns of twist to add; both ends share them where both rotate.
         """
-        problem, blocks = self._problem, BLOCKS
+        problem, blocks = self._problem, self._blocks
         rotations = np.zeros((blocks, 2, 3))
         rotates = problem.moves[:, 3:].any(axis=1)
         left = -int(np.fix(extra_turns / 2)) if rotates.all() else -extra_turns * int(rotates[0])

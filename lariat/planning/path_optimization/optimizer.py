@@ -96,20 +96,22 @@ class PathOptimizer:
         self,
         problem: Problem,
         reserve: float = CLEARANCE_RESERVE,
+        blocks: int = BLOCKS,
         avoid_with_arms: bool = False,
     ) -> None:
         """Prepare the optimisation of the problem's paths.
 
         Args:
             reserve: Clearance beyond the wanted one [m].
+            blocks: Number of blocks of a path.
             avoid_with_arms: Whether the constraints of the problem's arms count too, which takes
                 several times as long.
         """
         self._arms = ArmResiduals(problem) if avoid_with_arms else None
         self._problem = problem
-        self.reserve = reserve
-        self._path = BlockPath(problem)
-        self._uncertainty = np.zeros((BLOCKS * STEPS_PER_BLOCK, 2 * problem.rod.node_count - 1))
+        self.reserve, self.blocks = reserve, blocks
+        self._path = BlockPath(problem, blocks)
+        self._uncertainty = np.zeros((blocks * STEPS_PER_BLOCK, 2 * problem.rod.node_count - 1))
         """Clearance that is added for nodes and edge midpoints at each step [m]."""
         self._set_margins()
         self._supports = problem.packed_supports
@@ -190,7 +192,7 @@ class PathOptimizer:
             for _ in range(MAX_DAMPING_INCREASES):
                 step = -np.linalg.solve(hessian + damping * scale, gradient)
                 change = np.zeros_like(candidate.displacements)
-                change[:, self._problem.moves] = step.reshape(BLOCKS, -1)
+                change[:, self._problem.moves] = step.reshape(self.blocks, -1)
                 better = self.follow(candidate.displacements + change)
                 if better.cost < candidate.cost:
                     break
@@ -291,7 +293,7 @@ class PathOptimizer:
         moves = problem.moves
         linear = problem.rod.linearize(self._rollout_spec(candidate.displacements, problem.state))
         # Derivatives of all nodes after each step by the displacements.
-        sensitivity = linear.d_positions_d_actions[:, :, :, :BLOCKS] / BLOCK_TIME
+        sensitivity = linear.d_positions_d_actions[:, :, :, : self.blocks] / BLOCK_TIME
         rows, residuals = [], []
         count = problem.rod.node_count
         counted = problem.goal.counted
@@ -318,7 +320,7 @@ class PathOptimizer:
         if len(hit.points):
             step, at = np.divmod(hit.points, 6)
             end = at // 3
-            along = np.zeros((len(step), BLOCKS, 2, 6))
+            along = np.zeros((len(step), self.blocks, 2, 6))
             along[np.arange(len(step)), :, end, :3] = (
                 path.share[step][:, :, None] * hit.normals[:, None, :]
             )
@@ -340,7 +342,7 @@ class PathOptimizer:
     def _clearance_margins(self, obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "s m"]:
         """Clearance of each point at each step; start and goal may be nearer to obstacles [m]."""
         problem = self._problem
-        steps = np.arange(BLOCKS * STEPS_PER_BLOCK)
+        steps = np.arange(self.blocks * STEPS_PER_BLOCK)
         margins = problem.clearance + self.reserve + self._uncertainty
         for nodes, away in ((problem.state.positions, steps), (problem.goal.nodes, steps[::-1])):
             own = geometry.chain_clearance(nodes, problem.radius, obstacles)

@@ -74,9 +74,7 @@ TEXTS: Mapping[ReasonCode, str] = {
         "the rope is pulled with {tension_n:.2f} N (limits.tension = {limit_n:g} N); slacken it, "
         "then start again"
     ),
-    ReasonCode.STALLED: (
-        "stalled {error_mm:.1f} mm from the goal on average, {paths} new paths did not help"
-    ),
+    ReasonCode.STALLED: "stalled {error_mm:.1f} mm from the goal on average, {why}",
     ReasonCode.PATH_ENDS_SHORT: "{answer}",
     ReasonCode.NO_PATH: "{answer}",
     ReasonCode.PATH_NOT_FOLLOWED: (

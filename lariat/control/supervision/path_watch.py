@@ -20,6 +20,7 @@ from lariat.control.supervision.clearance_guard import ClearanceGuard, Threat
 from lariat.control.supervision.path_choice import PathChoice
 from lariat.control.supervision.progress import STUCK_TIME, ProgressMonitor
 from lariat.control.supervision.replanning import MAX_REPLANS, Cause, Replanning
+from lariat.geometry.cable_routes import clip_names, held_clips
 from lariat.geometry.obstacles import Obstacle, chain_clearance, scene_distance
 from lariat.rod.strains import tensions
 from lariat.trajectory import SECOND
@@ -176,17 +177,24 @@ class PathWatch:
         # A path that ends short was planned for the rope as it was believed to be.
         changed = resting and self._paths.material_changed
         stalled = reference.reached and (stuck or late)
-        if (changed or stalled) and self._replanning.request(Cause.STALLED):
+        laid = self._lies_in_clips()
+        if (changed or stalled) and not laid and self._replanning.request(Cause.STALLED):
             self._end_since = 0
         elif stalled:
-            task.apply(
-                RunEvent.GIVE_UP,
-                ReasonCode.STALLED,
-                error_mm=1e3 * progress.error,
-                paths=MAX_REPLANS[Cause.STALLED],
-            )
+            why = f"{MAX_REPLANS[Cause.STALLED]} new paths did not help"
+            why = "in all clips, out of which another path would pull it" if laid else why
+            error = 1e3 * progress.error
+            task.apply(RunEvent.GIVE_UP, ReasonCode.STALLED, error_mm=error, why=why)
         elif stuck:
             task.apply(RunEvent.GIVE_UP, ReasonCode.PATH_ENDS_SHORT, answer=reference.reason)
+
+    def _lies_in_clips(self) -> bool:
+        """Whether all clips of the goal's route hold the rope."""
+        route = self._task.goal.route
+        if not route:
+            return False
+        held = held_clips(route, self._scene.obstacles, self._rope.estimator.nodes)
+        return held == clip_names(route)
 
     def released(self) -> None:
         """Leave the reached state when the rope has left the goal while the arms hold.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,6 +15,7 @@ from lariat.control.supervision.clearance_guard import Threat
 from lariat.control.supervision.path_watch import PathWatch
 from lariat.geometry.obstacles import TABLE
 from lariat.rod import RodProperties
+from lariat.scenario.sections.clips import Clip
 from lariat.trajectory import SECOND
 from tests.lariat.control.supervision.started_run import Run, path
 
@@ -130,6 +132,22 @@ def test_stalled_run_asks_for_two_paths_then_fails(run: Run) -> None:
     watch.judge(now, path(), at_end=True)
     watch.judge(now + 5 * SECOND + 1, path(), at_end=True)
     assert (run.task.state, run.task.reason.code) == (RunState.FAILED, ReasonCode.STALLED)
+
+
+@pytest.mark.parametrize("height", [0.005, 0.05])
+def test_cable_that_stalls_in_all_its_clips_is_not_laid_anew(run: Run, height: float) -> None:
+    watch: Any = watch_of(run)
+    nodes = np.array([[x, 0.0, height] for x in (-0.1, 0.0, 0.1)])
+    watch._rope = SimpleNamespace(estimator=SimpleNamespace(nodes=nodes))
+    clip = Clip("clip", (0.0, 0.0, 0.0), 0.01, 0.02)
+    watch._scene = SimpleNamespace(obstacles=clip.bodies)
+    run.task.goal = replace(run.task.goal, route=("clip",))
+    watch.judge(2 * SECOND, path(), at_end=True)
+    watch.judge(7 * SECOND + 1, path(), at_end=True)
+    laid = height < 0.02
+    assert (run.task.state is RunState.FAILED) == laid
+    assert ("in all clips" in str(run.task.reason)) == laid
+    assert run.task.replan_count == (not laid)
 
 
 def test_rope_at_rest_at_the_end_of_a_path_that_ends_short_fails(run: Run) -> None:

@@ -99,7 +99,7 @@ def _at_best_pace(
             continue
         clearance = path_clearance(problem, positions, orientations, nodes)
         target = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
-        target += optimizer.least_uncertainty
+        target += optimizer.kept_uncertainty(candidate)
         close = clearance < SUFFICIENT_CLEARANCE * target
         if best is None or (close, cost) < least:
             best, least = (positions, orientations, nodes, clearance), (close, cost)

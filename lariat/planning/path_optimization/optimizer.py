@@ -127,10 +127,10 @@ class PathOptimizer:
         """Clearance to keep along the path: the problem's, or that of start or goal if less [m]."""
         return min(self._problem.clearance, float(np.min(self._margins)))
 
-    @property
-    def least_uncertainty(self) -> float:
-        """Clearance that is added at every step where the rope is least sure [m]."""
-        return float(self._uncertainty.max(axis=1).min())
+    def kept_uncertainty(self, candidate: PathCandidate) -> float:
+        """Return what every step adds to the clearance, as far as a candidate keeps it [m]."""
+        lack = float(np.max(candidate.rope_near.lacks, initial=0.0))
+        return max(float(self._uncertainty.max(axis=1).min()) - lack, 0.0)
 
     @property
     def necessary_clearance(self) -> float:

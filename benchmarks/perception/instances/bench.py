@@ -91,7 +91,7 @@ def run(
     """
     if fit:
         return _fitted(fit, photographs, diagram)
-    source = _rendered(pictures, seed, only) if photographs is None else _taken(photographs)
+    source = _rendered(pictures, seed, only) if photographs is None else taken(photographs)
     trials = [_tried(*picture) for picture in source]
     if not trials:
         where = f"no row has all of {', '.join(only)}; there are plain, clutter, 1, 2, 3, none"
@@ -128,10 +128,19 @@ def _rendered(
             yield "without rope", picture, np.zeros(picture.shape[:2], np.uint8)
 
 
-def _taken(
+def taken(
     folder: Path,
 ) -> Iterator[tuple[str, UInt8[np.ndarray, "h w 3"], UInt8[np.ndarray, "h w"]]]:
-    """Rows, pictures and labels of a folder of photographs, those with masks in rows by name."""
+    """Yield rows, pictures and labels of a folder of photographs, sorted by name.
+
+    Those with masks are in rows by the first part of their name.
+
+    Args:
+        folder: Folder as for `run`.
+
+    Raises:
+        ValueError: A picture or its labels cannot be read, or differ in size.
+    """
     for path in sorted(folder.iterdir()):
         labelled = path.with_name(path.stem + LABEL_SUFFIX)
         masks = sorted(folder.glob(glob.escape(path.stem) + MASK_SUFFIX))
@@ -194,9 +203,10 @@ def _fitted(count: int, photographs: Path | None, diagram: Path | None) -> int:
         picture = tuning_picture(seed, cables, ground)
         row = f"rendered, {ground}" if cables else "rendered, none"
         rendered.append(calibration.sample(row, picture.color, picture.labels))
-    taken = [] if photographs is None else [calibration.sample(*p) for p in _taken(photographs)]
+    labelled = [] if photographs is None else list(taken(photographs))
+    real = [calibration.sample(*p) for p in labelled]
     print(file=sys.stderr)
-    groups = [[s for s in group if s is not None] for group in (rendered, taken)]
+    groups = [[s for s in group if s is not None] for group in (rendered, real)]
     # Photographs weigh as much as all rendered pictures.
     weighed = [(s, 1.0 / len(group)) for group in groups for s in group]
     order = np.random.default_rng(0).permutation(len(weighed))

@@ -24,6 +24,8 @@ CROPS_PER_PICTURE = 8
 """Number of squares from one picture [-]."""
 SCALES = (0.7, 2.0)
 """Range of the enlargement of a square [-]."""
+UNLABELLED = 2
+"""Value of a mask where it is not known whether a pixel shows a cable."""
 TURNED_SHARE = 0.5
 """Share of the squares that are turned: seams and edges are not along the picture alone [-]."""
 WIDTHS = (5.0, 26.0)
@@ -59,26 +61,41 @@ def training_crops(
 ) -> Iterator[tuple[UInt8[np.ndarray, "s s 3"], UInt8[np.ndarray, "s s"]]]:
     """Yield squares of one picture (red, green, blue), and 1 where they show a cable."""
     random = np.random.default_rng((3, seed))
-    color, mask = _picture(random)
-    height, width = mask.shape
+    picture = _picture(random)
     for _ in range(CROPS_PER_PICTURE):
-        scale = float(np.exp(random.uniform(*np.log(SCALES))))
-        side = min(CROP_SIDE / scale, height - 1.0)
-        middle = random.uniform((side / 2.0, side / 2.0), (width - side / 2.0, height - side / 2.0))
-        to_crop = CROP_SIDE / side
-        angle = random.uniform(-45.0, 45.0) if random.random() < TURNED_SHARE else 0.0
-        transform = cv2.getRotationMatrix2D(middle.tolist(), angle, to_crop)
-        transform[:, 2] += CROP_SIDE / 2.0 - middle
-        blend = cv2.INTER_AREA if to_crop < 1.0 else cv2.INTER_LINEAR
-        crop, soft = (
-            cv2.warpAffine(
-                a, transform, (CROP_SIDE, CROP_SIDE), flags=blend, borderMode=cv2.BORDER_REFLECT_101
-            )
-            for a in (color, 255 * mask)
+        yield random_crop(random, *picture)
+
+
+def random_crop(
+    random: np.random.Generator, color: UInt8[np.ndarray, "h w 3"], mask: UInt8[np.ndarray, "h w"]
+) -> tuple[UInt8[np.ndarray, "s s 3"], UInt8[np.ndarray, "s s"]]:
+    """Return a square of a picture, enlarged, turned and mirrored at random, and its mask.
+
+    Args:
+        random: Source of the choices.
+        color: Red, green, blue.
+        mask: 1 at cables, `UNLABELLED` where nobody knows, else 0.
+    """
+    height, width = mask.shape
+    scale = float(np.exp(random.uniform(*np.log(SCALES))))
+    side = min(CROP_SIDE / scale, height - 1.0)
+    middle = random.uniform((side / 2.0, side / 2.0), (width - side / 2.0, height - side / 2.0))
+    to_crop = CROP_SIDE / side
+    angle = random.uniform(-45.0, 45.0) if random.random() < TURNED_SHARE else 0.0
+    transform = cv2.getRotationMatrix2D(middle.tolist(), angle, to_crop)
+    transform[:, 2] += CROP_SIDE / 2.0 - middle
+    blend = cv2.INTER_AREA if to_crop < 1.0 else cv2.INTER_LINEAR
+    layers = [color, *(255 * (mask == k).view(np.uint8) for k in (1, UNLABELLED))]
+    crop, soft, unknown = (
+        cv2.warpAffine(
+            a, transform, (CROP_SIDE, CROP_SIDE), flags=blend, borderMode=cv2.BORDER_REFLECT_101
         )
-        turns, mirrored = int(random.integers(4)), random.random() < 0.5
-        pair = [np.rot90(a, turns)[:, :: -1 if mirrored else 1] for a in (crop, soft)]
-        yield np.ascontiguousarray(pair[0]), np.ascontiguousarray(pair[1] > 127).view(np.uint8)
+        for a in layers
+    )
+    labels = np.where(unknown > 127, UNLABELLED, soft > 127).astype(np.uint8)
+    turns, mirrored = int(random.integers(4)), random.random() < 0.5
+    pair = [np.rot90(a, turns)[:, :: -1 if mirrored else 1] for a in (crop, labels)]
+    return np.ascontiguousarray(pair[0]), np.ascontiguousarray(pair[1])
 
 
 def _picture(

@@ -23,7 +23,7 @@ from lariat.perception.image.width import usual_width, width_from_radii
 
 MAX_PIXEL_COUNT = 500_000
 """Number of pixels to which a larger image is shrunk."""
-FINE_SCALE, COARSE_SCALE = 1.7, 0.5
+FINE_SCALE, COARSE_SCALE = 1.55, 0.5
 """Scales at which the network sees the image [-]: its own finest scale is half of what it sees,
 too coarse for real cables of 8 pixels."""
 MAX_HOLE_AREA = 0.8

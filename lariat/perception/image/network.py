@@ -1,7 +1,7 @@
 """Network that tells the pixels of ropes from all others.
 
-A U-Net (Ronneberger et al. 2015) that OpenCV evaluates, trained on rendered pictures alone by
-`python -m benchmarks.perception.network`.
+A U-Net (Ronneberger et al. 2015) that OpenCV evaluates, trained on rendered pictures and a few
+photographs by `python -m benchmarks.perception.network`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from jaxtyping import Float32, UInt8
 
 WEIGHTS = Path(__file__).with_name("ropes.onnx")
 """File with the network and its weights."""
-WEIGHTS_SHA256 = "eba0191d4fa87c6d59b73b1c6b74b6a22716635e74dd84db311f5867ff760b38"
+WEIGHTS_SHA256 = "675b077acae63e766eadb016e698e8b32ffc3546a1bf3799498c4c9db82b8a97"
 """SHA-256 of that file."""
 STRIDE = 16
 """Number of pixels of which the sides of the network's pictures are multiples."""

@@ -34,8 +34,6 @@ FIT_ITERATIONS = 5
 """Largest number of Gauss-Newton iterations that fit the grips to the goal's nodes."""
 SHIFT_ITERATIONS = 10
 """Number of iterations that find the horizontal positions of the grips at each height."""
-DESCENT_PACE = 0.5
-"""Share of the usual limits on motion that the descent uses [-]."""
 DESCENT_PACES = (Pace(1.3, (0.16, 0.1)),)
 """Pace of the descent: ends that go aside only once the rope lies must not begin before, so that
 corners are sharp."""
@@ -95,7 +93,6 @@ def landed(
         problem.with_goal(left=below[0], right=below[1]),
         state=_rest(problem, above, approach.nodes[-1]),
         grips=above,
-        pace=DESCENT_PACE * problem.pace,
     )
     optimizer = PathOptimizer(descent)
     at = np.linspace(0.0, len(landing.descent) - 1.0, BLOCKS + 1)

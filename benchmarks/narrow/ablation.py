@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import product
@@ -21,19 +21,24 @@ from benchmarks.tables import Result, publish
 from environments.scenes import Kind
 from environments.scenes import sample_scene as sample_open_scene
 from lariat.geometry import polylines
-from lariat.planning import refinement, retiming, whole_path
+from lariat.planning import refinement, retiming, seeds, whole_path
 from lariat.planning.alternatives import duration, travel
 from lariat.planning.arms.arm_check import goal_fault
 from lariat.planning.cell_problem import scenario_problem
-from lariat.planning.path_optimization import swept_pairs
 from lariat.planning.path_optimization.optimizer import PathOptimizer
-from lariat.planning.tree_search import sampling
+from lariat.planning.problem import Problem
 from lariat.planning.tree_search.search import TreeSearch
 from lariat.rod import Rod
 from lariat.scenario import Scenario, load
 from lariat.scenario.shipped import find
 from lariat.simulation.plants.factory import true_properties
 
+ONE_PACE = replace(
+    retiming.RETIMING_SETTINGS, paces=retiming.RETIMING_SETTINGS.paces[2:3], close_paces=()
+)
+"""Retiming at one pace."""
+NO_CLOSE_PACES = replace(retiming.RETIMING_SETTINGS, close_paces=())
+"""Retiming without the paces for narrow openings."""
 OPEN_SCENES: dict[str, tuple[Kind, str]] = {
     "posts on a table": ("hard", "three-cylinders"),
     "boxes": ("boxes", "three-cylinders"),
@@ -44,28 +49,29 @@ OPEN_SCENES: dict[str, tuple[Kind, str]] = {
 """Kinds of `lariat bench goals`, and the scenario of the cell, by family."""
 
 
-USUAL_PACE = replace(retiming.PACES[0])
+def _direct(find: Callable[..., list[Any]]) -> Callable[..., list[Any]]:
+    """Seeds of which only the first is kept."""
+    return lambda *arguments: find(*arguments)[:1]
+
+
+def _certain(plan: Callable[..., Any], problem: Problem) -> Any:
+    """Plan as if the rope's properties were certain."""
+    return plan(replace(problem, variants=()))
+
+
 Part = tuple[tuple[Any, str, Any], ...]
 """Replacements that switch a part off: owner, name, and what takes its place."""
 PARTS: dict[str, Part] = {
     "nothing": (),
+    "seeds around obstacles": ((whole_path, "seed_paths", _direct(seeds.seed_paths)),),
     "tree search": ((whole_path, "_search_trees", lambda *_: whole_path.Searched()),),
     "passages": ((TreeSearch, "_thread", lambda *_: np.zeros(0, dtype=int)),),
     "shortening": ((TreeSearch, "_shortened", lambda _, grips: grips),),
-    "optimizer": ((PathOptimizer, "refine", lambda _, start, *__: start),),
-    "paces": (
-        (refinement, "retime", partial(retiming.retime, paces=retiming.PACES[2:3])),
-        (retiming, "CLOSE_PACE", USUAL_PACE),
-    ),
-    "close pace": ((retiming, "CLOSE_PACE", USUAL_PACE),),
     "proof of no path": ((whole_path, "proof_of_no_path", lambda *_: ""),),
-    "tree searches but one": ((whole_path, "TREE_CLEARANCES", (0.8,)),),
-    "turns of the searches": ((whole_path, "TREE_GROWTH", (150,)),),
-    "wider reserve": ((refinement, "WIDER_ITERATIONS", 0),),
-    "samples in passages": ((sampling, "PASSAGE_SHARE", 0.0),),
-    "tilted samples": ((sampling, "TILT_SHARE", 0.0),),
-    "instants between steps": ((swept_pairs, "MAX_INSTANTS", 0),),
-    "links in the optimizer": ((refinement, "avoiding_with_arms", lambda _, other: other),),
+    "optimizer": ((PathOptimizer, "refine", lambda _, start, *__: start),),
+    "uncertainty": ((whole_path, "plan", partial(_certain, whole_path.plan)),),
+    "paces": ((refinement, "retime", partial(retiming.retime, settings=ONE_PACE)),),
+    "close paces": ((refinement, "retime", partial(retiming.retime, settings=NO_CLOSE_PACES)),),
 }
 """Parts of the planner by name."""
 

@@ -24,6 +24,11 @@ class ExtensionPlanner:
     def __init__(self, extension: Extension, scenario: Scenario, moves: np.ndarray) -> None:
         """Create the planner of a cell.
 
+        Args:
+            extension: Its name.
+            scenario: The cell.
+            moves: Free components of each grip's velocity.
+
         Raises:
             ConfigurationError: The class cannot be imported or is no planner.
         """
@@ -39,7 +44,11 @@ class ExtensionPlanner:
         self._planner: PathPlanner = extension.create(("plan",), setup)
 
     def plan(self, problem: Problem) -> WholePath:
-        """Return the path of a problem; one that stays where the planner finds none or fails."""
+        """Return the path of a problem; one that stays where the planner finds none or fails.
+
+        Args:
+            problem: Planning problem.
+        """
         try:
             path = self._path(problem)
         except ExtensionFault as fault:

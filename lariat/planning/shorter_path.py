@@ -2,36 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.poses import Pose
-from lariat.planning.path_optimization.block_path import BLOCKS, STEPS_PER_BLOCK
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.refinement import followed, is_clear, refined_path
 from lariat.planning.retiming import PATH_PERIOD, required_clearance, retime
+from lariat.planning.settings import PlannerSettings
 from lariat.planning.tree_search.search import TreePath
-
-MAX_PARTS = 8
-"""Largest number of parts of the direct path that are timed."""
 
 
 def nearest_path(
     problem: Problem,
     tree_path: TreePath | None,
-    direct: PathCandidate,
+    candidates: Sequence[PathCandidate],
     reason: str,
+    settings: PlannerSettings,
 ) -> WholePath:
-    """Return a path to the nearest shape that the trees reached, or that the direct path has."""
-    near = _nearest_reachable(problem, tree_path, reason)
-    return near or _clear_part(problem, direct, reason)
+    """Return a path to the nearest shape that can be reached, where none to the goal was found.
+
+    Args:
+        problem: Planning problem.
+        tree_path: Path of the trees; None where they were not tried.
+        candidates: Candidates of which a clear part may be followed.
+        reason: Reason why no path reaches the goal.
+        settings: Effort.
+    """
+    near = _nearest_reachable(problem, tree_path, reason, settings)
+    return near or _clear_part(problem, candidates, reason, settings)
 
 
 def _nearest_reachable(
-    problem: Problem, tree_path: TreePath | None, reason: str
+    problem: Problem, tree_path: TreePath | None, reason: str, settings: PlannerSettings
 ) -> WholePath | None:
     """Path to the shape nearest to the goal that the trees reached."""
     if tree_path is None or tree_path.reaches_goal:
@@ -47,7 +54,7 @@ def _nearest_reachable(
         right_oriented=False,
     )
     optimizer, start = followed(near, tree_path)
-    path = refined_path(near, optimizer, start)
+    path = refined_path(near, optimizer, start, settings)
     if not is_clear(path, optimizer) or path.clearance < 0.0:
         return None
     return _ending_short(
@@ -60,23 +67,27 @@ def _nearest_reachable(
 
 def _clear_part(
     problem: Problem,
-    direct: PathCandidate,
+    candidates: Sequence[PathCandidate],
     reason: str,
+    settings: PlannerSettings,
 ) -> WholePath:
-    """Clear part of the direct path that ends nearest to the goal; what is seen there may help."""
+    """Clear part of a path that ends nearest to the goal; what is seen there may help."""
     optimizer = PathOptimizer(problem)
     least = required_clearance(optimizer)
+    stride = optimizer.settings.steps_per_block
     here = problem.goal_error(problem.state.positions)
-    at_blocks = direct.nodes[STEPS_PER_BLOCK - 1 :: STEPS_PER_BLOCK][:BLOCKS]
     parts = []
-    for count, nodes in enumerate(at_blocks, start=1):
-        if geometry.chain_clearance(nodes, problem.radius, problem.obstacles) < least:
-            break
-        left = problem.goal_error(nodes)
-        if left < here:
-            parts.append((left, count, nodes))
-    for _, count, nodes in sorted(parts, key=lambda part: part[0])[:MAX_PARTS]:
-        displacements = direct.displacements.copy()
+    for start in candidates:
+        candidate = optimizer.refine(start, settings.iterations)
+        at_blocks = candidate.nodes[stride - 1 :: stride][: len(candidate.displacements)]
+        for count, nodes in enumerate(at_blocks, start=1):
+            if geometry.chain_clearance(nodes, problem.radius, problem.obstacles) < least:
+                break
+            left = problem.goal_error(nodes)
+            if left < here:
+                parts.append((left, count, candidate, nodes))
+    for _, count, candidate, nodes in sorted(parts, key=lambda part: part[0])[: settings.max_parts]:
+        displacements = candidate.displacements.copy()
         displacements[count:] = 0.0
         near = problem.with_goal(nodes=nodes, left_oriented=False, right_oriented=False)
         shorter = PathOptimizer(near)
@@ -96,7 +107,12 @@ def _ending_short(problem: Problem, path: WholePath, reason: str) -> WholePath:
 
 
 def stay(problem: Problem, reason: str) -> WholePath:
-    """Return a path that stays at the start."""
+    """Return a path that stays at the start.
+
+    Args:
+        problem: Planning problem.
+        reason: Reason why no path reaches the goal.
+    """
     positions = np.stack([[g.position for g in problem.grips]] * 2)
     orientations = np.stack([[g.orientation for g in problem.grips]] * 2)
     here = problem.state.positions

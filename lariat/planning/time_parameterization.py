@@ -3,7 +3,8 @@
 The waypoints are first passed at constant speed. Two running means over time then round the
 corners: the first bounds the acceleration by the change of velocity over its width, the second
 bounds the jerk by the change of acceleration over its own. The path waits at its first and its
-last point, so that the means do not move them.
+last point, so that the means do not move them. Where there is little room, corners are passed more
+slowly, so that the means cut less of them.
 """
 
 from __future__ import annotations
@@ -25,6 +26,12 @@ MAX_STRETCHES = 3
 """Number of times that a path that exceeds a limit is slowed down."""
 STRETCH_MARGIN = 1.02
 """Factor on the stretch that such a path requires."""
+CORNER_LEVER = 0.05
+"""Lever arm that converts a grip's rotation into a displacement of the rope beside it [m]."""
+MIN_CUT = 1e-4
+"""Distance by which any corner may be cut [m]."""
+MAX_CORNER_SLOWDOWN = 12.0
+"""Largest factor by which a corner is passed more slowly [-]."""
 STILL_STEP = 1e-12
 """Change of a coordinate from point to point up to which the path is at rest [m] or [rad]."""
 
@@ -38,6 +45,9 @@ class Pace:
     mean_widths: tuple[float, float] = (0.24, 0.10)
     """Widths of the two running means, before they are stretched by the slowdown [s]. A mean as
     wide as the period of the rope's swing does not excite it."""
+    cut_share: float = np.inf
+    """Share of the room at a waypoint by which the means may cut its corner; infinite where corners
+    are not slowed down for it [-]."""
 
 
 def time_parameterize(
@@ -46,6 +56,7 @@ def time_parameterize(
     limits: MotionLimits,
     dt: float,
     pace: Pace,
+    room: Float64[np.ndarray, "w"] | None = None,
 ) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
     """Return positions [m] and orientations of both grips at constant time steps.
 
@@ -56,10 +67,13 @@ def time_parameterize(
             (`lariat.safety.motion_contract.PATH_LIMIT_SHARE`).
         dt: Time between points [s].
         pace: Speed and smoothing; the path is slower where the limits require it.
+        room: Distance by which the rope may leave the path at each waypoint [m].
     """
     middle, angles = _swing_and_twist(orientations)
     waypoints = np.concatenate([positions, angles], axis=2)
     least = _least_durations(positions, orientations, limits)
+    if room is not None and np.isfinite(pace.cut_share):
+        least = least * _corner_slowdown(positions, orientations, least, pace, room)
     stretch = pace.slowdown
     for _ in range(MAX_STRETCHES):
         points, rotated = _at_pace(waypoints, middle, least, stretch, dt, pace)
@@ -95,6 +109,26 @@ def _least_durations(
         np.linalg.norm(np.diff(positions, axis=0), axis=2).max(axis=1) / limits.speed,
         np.linalg.norm(poses.logarithm(turned), axis=2).max(axis=1) / limits.angular_speed,
     )
+
+
+def _corner_slowdown(
+    positions: Float64[np.ndarray, "w 2 3"],
+    orientations: Float64[np.ndarray, "w 2 4"],
+    least: Float64[np.ndarray, "w-1"],
+    pace: Pace,
+    room: Float64[np.ndarray, "w"],
+) -> Float64[np.ndarray, "w-1"]:
+    """Factors on the durations between waypoints with which no corner is cut by too much."""
+    turned = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
+    moves = np.concatenate([np.diff(positions, axis=0), CORNER_LEVER * turned], axis=2)
+    velocities = moves / np.maximum(least / PATH_LIMIT_SHARE, 1e-6)[:, None, None]
+    # Its first and its last point are no corners: the path waits there.
+    change = np.linalg.norm(np.diff(velocities, axis=0), axis=2).max(axis=1)
+    # A mean of width b takes a corner of velocity change v off by v b / 8. It widens with the
+    # slowdown as much as the speed decreases.
+    cut = np.concatenate([[0.0], change * sum(pace.mean_widths) / 8.0, [0.0]])
+    factors = np.clip(cut / np.maximum(pace.cut_share * room, MIN_CUT), 1.0, MAX_CORNER_SLOWDOWN)
+    return np.maximum(factors[1:], factors[:-1])
 
 
 def _smoothed(

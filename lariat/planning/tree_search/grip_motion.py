@@ -61,6 +61,7 @@ class GripMotion:
 
         Args:
             a: First places; broadcast against the others.
+            b: Last places.
             turning: Whether rotations of the grips count.
         """
         (base_a, chord_a), (base_b, chord_b) = self._parts(a.positions), self._parts(b.positions)
@@ -80,6 +81,8 @@ class GripMotion:
         """Return the places at shares of the motions from `a` to `b`, (k h) of them.
 
         Args:
+            a: First places.
+            b: Last places.
             shares: Shares of each motion [-].
         """
         (base_a, chord_a), (base_b, chord_b) = self._parts(a.positions), self._parts(b.positions)

@@ -38,11 +38,10 @@ def highest(path: WholePath) -> float:
 
 
 def test_path_that_would_leave_its_region_goes_another_way() -> None:
-    wall = Obstacle("box", (0.0, 0.01, 0.15), size=(0.5, 0.04, 0.3), name="wall")
-    free = plan(problem(replace(CYLINDERS, obstacles=(wall,))))
+    free = plan(problem(across(0.27, 0.06)))
     assert free.reached
     assert highest(free) > CEILING + 0.05
-    kept = plan(problem(replace(CYLINDERS, obstacles=(wall,), keep_in=(UNDER_A_CEILING,))))
+    kept = plan(problem(across(0.27, 0.06, (UNDER_A_CEILING,))))
     assert kept.reached, kept.reason
     assert highest(kept) < CEILING - 0.01
     assert kept.clearance > 0.01

@@ -59,3 +59,32 @@ def test_turns_of_twist_are_kept_while_the_end_tilts() -> None:
     for bound in (limits.angular_speed, limits.angular_acceleration, limits.angular_jerk):
         assert np.linalg.norm(rate, axis=1).max() <= PATH_LIMIT_SHARE * bound * 1.01
         rate = np.diff(rate, axis=0) / DT
+
+
+def test_corners_with_little_room_are_cut_by_no_more_than_their_share() -> None:
+    corner = np.array([[0.0, 0, 0], [0.2, 0, 0], [0.2, 0.2, 0]])
+    waypoints = np.stack([corner, corner + np.array([0.0, 0.0, 0.3])], axis=1)
+    level = np.tile(poses.IDENTITY, (3, 2, 1))
+    room = np.array([0.1, 0.002, 0.1])
+    cuts, durations = [], []
+    for share in (np.inf, 0.5):
+        pace = Pace(1.3, (0.16, 0.1), share)
+        path, _ = time_parameterize(waypoints, level, Limits(), DT, pace, room)
+        cuts.append(float(np.linalg.norm(path[:, 0] - corner[1], axis=1).min()))
+        durations.append(len(path) * DT)
+    assert cuts[0] > 0.003
+    assert cuts[1] <= 0.5 * 0.002
+    assert durations[1] < 2.0 * 12.0 * durations[0]
+
+
+def test_a_straight_path_is_as_fast_with_little_room() -> None:
+    line = np.linspace([0.0, 0, 0], [0.4, 0, 0], 9)
+    waypoints = np.stack([line, line + np.array([0.0, 0.0, 0.3])], axis=1)
+    level = np.tile(poses.IDENTITY, (9, 2, 1))
+    paths = [
+        time_parameterize(
+            waypoints, level, Limits(), DT, Pace(1.3, (0.16, 0.1), 0.1), np.full(9, room)
+        )[0]
+        for room in (1.0, 1e-3)
+    ]
+    assert np.array_equal(*paths)

@@ -6,6 +6,7 @@ import pytest
 from lariat.geometry.obstacles import chain_clearance
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem
+from lariat.planning.seeds import seed_paths
 from tests.lariat.planning.test_whole_path import behind_the_wall, far_behind_a_thin_wall
 
 __all__ = ["behind_the_wall"]
@@ -17,13 +18,14 @@ def optimizer(behind_the_wall: Problem) -> PathOptimizer:
 
 
 @pytest.fixture(scope="module")
-def straight(optimizer: PathOptimizer) -> PathCandidate:
-    return optimizer.direct()
+def seeds(behind_the_wall: Problem, optimizer: PathOptimizer) -> list[PathCandidate]:
+    return optimizer.evaluate(seed_paths(behind_the_wall, optimizer.settings.blocks)[:3])
 
 
 def test_refinement_lowers_the_cost_and_the_shortfall(
-    optimizer: PathOptimizer, straight: PathCandidate
+    optimizer: PathOptimizer, seeds: list[PathCandidate]
 ) -> None:
+    straight = seeds[0]
     refined = optimizer.refine(straight, 3)
     assert refined.cost < 0.5 * straight.cost
     assert refined.shortfall < straight.shortfall
@@ -31,32 +33,33 @@ def test_refinement_lowers_the_cost_and_the_shortfall(
 
 @pytest.mark.parametrize("share", [1.0, 0.8], ids=["to the goal", "short of the goal"])
 def test_the_gradient_is_the_derivative_of_half_the_cost(
-    optimizer: PathOptimizer, straight: PathCandidate, share: float
+    optimizer: PathOptimizer, seeds: list[PathCandidate], share: float
 ) -> None:
-    candidate = optimizer.follow(share * optimizer.refine(straight, 1).displacements)
+    (candidate,) = optimizer._rolled_out([share * optimizer.refine(seeds[0], 1).displacements])
     _, gradient = optimizer._normal_equations(candidate)
     moves = np.zeros((2, 6), dtype=bool)
     moves[:, :3] = True
     direction = np.random.default_rng(0).normal(size=len(gradient))
     change = np.zeros_like(candidate.displacements)
     change[:, moves] = 1e-5 * direction.reshape(len(change), -1)
-    ahead = optimizer.follow(candidate.displacements + change)
-    behind = optimizer.follow(candidate.displacements - change)
+    ahead, behind = optimizer._rolled_out(
+        [candidate.displacements + change, candidate.displacements - change]
+    )
     slope = (ahead.cost - behind.cost) / 4e-5
     assert slope == pytest.approx(float(gradient @ direction), rel=0.02)
 
 
 def test_grips_of_a_candidate_lead_from_start_to_goal(
-    behind_the_wall: Problem, optimizer: PathOptimizer, straight: PathCandidate
+    behind_the_wall: Problem, optimizer: PathOptimizer, seeds: list[PathCandidate]
 ) -> None:
-    positions, _ = optimizer.grips(straight)
+    positions, _ = optimizer.grips(seeds[1])
     for grips, at in ((behind_the_wall.grips, 0), (behind_the_wall.goal.grips, -1)):
         np.testing.assert_allclose(positions[at], [g.position for g in grips], atol=1e-12)
 
 
-def test_a_larger_reserve_costs_more(behind_the_wall: Problem, straight: PathCandidate) -> None:
+def test_a_larger_reserve_costs_more(behind_the_wall: Problem, seeds: list[PathCandidate]) -> None:
     wider = PathOptimizer(behind_the_wall, 0.02)
-    assert wider.reevaluate(straight).cost > straight.cost
+    assert wider.reevaluate(seeds[0]).cost > seeds[0].cost
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +67,8 @@ def tunnelling(behind_the_wall: Problem) -> tuple[Problem, PathOptimizer, PathCa
     # The wall stands halfway between two steps.
     problem = far_behind_a_thin_wall(behind_the_wall, -0.12 + 18.5 / 36.0 * 0.7)
     optimizer = PathOptimizer(problem, 0.0)
-    return problem, optimizer, optimizer.direct()
+    (straight,) = optimizer.evaluate(seed_paths(problem, optimizer.settings.blocks)[:1])
+    return problem, optimizer, straight
 
 
 def test_a_path_that_is_clear_at_all_steps_but_jumps_over_a_wall_is_short_of_clearance(
@@ -83,8 +87,9 @@ def test_the_gradient_counts_what_lies_between_the_steps(
     _, gradient = optimizer._normal_equations(straight)
     change = np.zeros_like(straight.displacements)
     change[4, :, 1] = 1e-5
-    ahead = optimizer.follow(straight.displacements + change)
-    behind = optimizer.follow(straight.displacements - change)
+    ahead, behind = optimizer._rolled_out(
+        [straight.displacements + change, straight.displacements - change]
+    )
     slope = (ahead.cost - behind.cost) / 4e-5
     moves = np.zeros((2, 6), dtype=bool)
     moves[:, :3] = True

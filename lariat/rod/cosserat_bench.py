@@ -50,7 +50,7 @@ class LariatRod:
         """Simulate a scenario.
 
         Raises:
-            NotImplementedError: It has what the rod has not.
+            NotImplementedError: It has several rods, forces on ends, or clamped ends.
         """
         rod, body = _rod(scenario, n_elements), scenario.rods[0]
         frame_time = scenario.duration / (n_frames - 1)

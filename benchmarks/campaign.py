@@ -1,8 +1,8 @@
 """Campaigns of seeded trials: resumable, on all cores or a Dask cluster, one line per trial.
 
-A specification is a flat frozen dataclass of numbers and words. A trial is a dictionary of figures,
-or a frozen dataclass, with its specification as `spec`, so that a file of finished trials tells
-which ones need not be run again.
+A specification is a flat frozen dataclass of numbers and words. A trial is a dictionary of figures
+with its specification as `spec`, so that a file of finished trials tells which ones need not be run
+again.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Generic, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from rich.console import Console
 from rich.markup import escape
@@ -24,74 +24,8 @@ from lariat.configuration import ConfigurationError
 from stack.workers import Workers, compute
 
 Spec = TypeVar("Spec")
-AnyTrial = TypeVar("AnyTrial")
 Trial: TypeAlias = dict[str, Any]
 """Figures of a trial by name, and its specification `spec`."""
-
-
-@dataclass(frozen=True)
-class Campaign(Generic[Spec, AnyTrial]):
-    """Trials of one kind."""
-
-    run: Callable[[Spec], AnyTrial]
-    """Function of a module that runs a trial; it raises ValueError where there is no such scene."""
-    restore: Callable[..., AnyTrial]
-    """Function that makes a trial of its fields by name."""
-    line: Callable[[AnyTrial], str]
-    """Function that states a trial in one line."""
-
-    def trials(
-        self,
-        specs: Sequence[Spec],
-        results: Path | None = None,
-        workers: Workers = 1,
-        again: bool = False,
-    ) -> list[AnyTrial]:
-        """Run trials, print a line for each, and return them in the order of their specifications.
-
-        Specifications without a scene are left out.
-
-        Args:
-            specs: Trials to run.
-            results: File of finished trials, one JSON object a line; trials that it holds are not
-                run again.
-            workers: Number of processes, or the address of a Dask scheduler.
-            again: Run finished trials again.
-
-        Raises:
-            ConfigurationError: The file cannot be written, or the cluster cannot be used.
-        """
-        finished: dict[int, AnyTrial | None] = {}
-        for k, row in enumerate(_read(results, specs) if results and not again else ()):
-            if row is not None:
-                missing = "missing" in row
-                finished[k] = None if missing else self.restore(**{**row, "spec": specs[k]})
-        open_ones = [k for k in range(len(specs)) if k not in finished]
-        attempts = compute(partial(_attempt, self.run), [specs[k] for k in open_ones], workers)
-        console = Console(stderr=True, highlight=False, soft_wrap=True)
-        # The bar is gone at the end, and never in a file.
-        progress = Progress(
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeElapsedColumn(),
-            console=console,
-            redirect_stdout=False,
-            transient=True,
-            disable=not console.is_terminal,
-        )
-        with progress:
-            bar = progress.add_task("", total=len(specs), completed=len(finished))
-            for index, trial in attempts:
-                spec: Any = specs[open_ones[index]]
-                missing = isinstance(trial, str)
-                finished[open_ones[index]] = None if missing else trial
-                if results:
-                    figures = {"missing": trial} if missing else _fields(trial)
-                    _append(results, {"spec": asdict(spec), **figures})
-                text = trial if missing else self.line(trial)
-                progress.console.print(escape(text))
-                progress.advance(bar)
-        return [trial for k in range(len(specs)) if (trial := finished[k]) is not None]
 
 
 @dataclass(frozen=True)
@@ -106,9 +40,44 @@ class CampaignOptions(PrintOptions):
     def trials(
         self, run: Callable[[Spec], Trial], specs: Sequence[Spec], again: bool = False
     ) -> list[Trial]:
-        """Run trials as these options say; those that there are, in the order of `specs`."""
-        campaign = Campaign(partial(_with_spec, run), dict, line_of)
-        return campaign.trials(specs, self.results, self.workers, again)
+        """Run trials, print a line for each, and return them in the order of their specifications.
+
+        Args:
+            run: Function of a module that returns the figures of a trial; it raises ValueError
+                where there is no such scene, and the trial is left out.
+            specs: Trials to run.
+            again: Run finished trials again.
+
+        Raises:
+            ConfigurationError: The file cannot be written, or the cluster cannot be used.
+        """
+        finished: dict[int, Trial] = {}
+        for k, row in enumerate(_read(self.results, specs) if self.results and not again else ()):
+            if row is not None:
+                finished[k] = {**row, "spec": specs[k]}
+        open_ones = [k for k in range(len(specs)) if k not in finished]
+        attempts = compute(partial(_attempt, run), [specs[k] for k in open_ones], self.workers)
+        console = Console(stderr=True, highlight=False, soft_wrap=True)
+        # The bar is gone at the end, and never in a file.
+        progress = Progress(
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            console=console,
+            redirect_stdout=False,
+            transient=True,
+            disable=not console.is_terminal,
+        )
+        with progress:
+            bar = progress.add_task("", total=len(specs), completed=len(finished))
+            for index, figures in attempts:
+                spec: Any = specs[open_ones[index]]
+                finished[open_ones[index]] = trial = {"spec": spec, **figures}
+                if self.results:
+                    _append(self.results, {**trial, "spec": asdict(spec)})
+                progress.console.print(escape(trial.get("missing") or line_of(trial)))
+                progress.advance(bar)
+        return [finished[k] for k in range(len(specs)) if "missing" not in finished[k]]
 
 
 CAMPAIGN_DEFAULTS = CampaignOptions()
@@ -123,7 +92,8 @@ def success_interval(successes: int, count: int) -> tuple[float, float]:
 def line_of(trial: Trial) -> str:
     """State a trial in one line: words of its specification, then its figures by name."""
     words = [str(value) for value in asdict(trial["spec"]).values() if not _is_long(value)]
-    return f"{', '.join(words)}: {figures_in_words(_fields(trial))}"
+    figures = {name: value for name, value in trial.items() if name != "spec"}
+    return f"{', '.join(words)}: {figures_in_words(figures)}"
 
 
 def figures_in_words(figures: Mapping[str, Any]) -> str:
@@ -147,22 +117,12 @@ def groups(trials: Sequence[Trial], *names: str) -> dict[tuple[Any, ...], list[T
     return found
 
 
-def _with_spec(run: Callable[[Spec], Trial], spec: Spec) -> Trial:
-    return {"spec": spec, **run(spec)}
-
-
-def _attempt(run: Callable[[Spec], AnyTrial], spec: Spec) -> AnyTrial | str:
-    """Finished trial, or why there is no such scene."""
+def _attempt(run: Callable[[Spec], Trial], spec: Spec) -> Trial:
+    """Figures of a trial, or why there is no such scene, as `missing`."""
     try:
         return run(spec)
     except ValueError as missing:
-        return str(missing)
-
-
-def _fields(trial: Any) -> dict[str, Any]:
-    """Figures of a trial, without its specification."""
-    fields = trial if isinstance(trial, Mapping) else asdict(trial)
-    return {name: value for name, value in fields.items() if name != "spec"}
+        return {"missing": str(missing)}
 
 
 def _read(results: Path, specs: Sequence[Any]) -> Iterator[dict[str, Any] | None]:

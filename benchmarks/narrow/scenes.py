@@ -18,14 +18,14 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import polylines, poses
+from lariat.geometry import poses
 from lariat.geometry.obstacles import signed_distance
 from lariat.geometry.poses import Pose
 from lariat.geometry.swept_clearance import swept_clearance
 from lariat.planning.time_parameterization import Pace, time_parameterize
 from lariat.planning.tree_search.grip_motion import GripMotion, Grips
 from lariat.planning.tree_search.sag import SagTable
-from lariat.rod import EDGE_AXIS, Rod, RodState, RolloutSpec, state_along
+from lariat.rod import EDGE_AXIS, Rod, RodState, RolloutSpec
 from lariat.scenario import Scenario, Shape, load
 from lariat.scenario.sections import End, Ends, Limits, Obstacle
 from lariat.scenario.shipped import find
@@ -160,7 +160,7 @@ def _attempt(
     positions, orientations = time_parameterize(
         waypoints.positions, waypoints.orientations, scenario.limits, PATH_PERIOD, HIDDEN_PACE
     )
-    clearance, nodes = drive(rod, scenario.bodies, positions, orientations, PATH_PERIOD)
+    clearance, nodes = _drive(rod, scenario.bodies, positions, orientations, PATH_PERIOD)
     if clearance < CLEARANCE:
         return None
     start, goal = (_shape(waypoints, k) for k in (0, -1))
@@ -169,26 +169,20 @@ def _attempt(
     return WayScene(replace(scenario, start=start, goal=goal), clearance, nodes)
 
 
-def drive(
+def _drive(
     rod: Rod,
     obstacles: Sequence[Obstacle],
     positions: Float64[np.ndarray, "t 2 3"],
     orientations: Float64[np.ndarray, "t 2 4"],
     dt: float,
-    least: float = CLEARANCE,
-    start: Float64[np.ndarray, "k 3"] | None = None,
 ) -> tuple[float, Float64[np.ndarray, "n 3"]]:
     """Return the clearance of the plant along a path [m], and its nodes at rest after it [m].
 
     Obstacles are measured, not felt. Positions [m] and orientations of the grips are `dt` seconds
-    apart. The motion ends below the `least` clearance; the rope begins at rest near `start`.
+    apart. The motion ends where the clearance is too small for a hidden way.
     """
     left, right = (Pose(p, q) for p, q in zip(positions[0], orientations[0], strict=True))
-    guess = None
-    if start is not None:
-        fine = polylines.resample_smooth(start, rod.node_count)
-        guess = state_along(fine, left.orientation, right.orientation)
-    state: RodState = rod.rest(left, right, guess=guess).state
+    state: RodState = rod.rest(left, right).state
     turns = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
     velocities = np.concatenate([np.diff(positions, axis=0), turns], axis=2) / dt
     settling = np.zeros((round(SETTLING_TIME / dt), 2, 6))
@@ -200,7 +194,7 @@ def drive(
         nodes = np.concatenate([state.positions[None], rollout.positions])
         clearance = min(clearance, swept_clearance(nodes, radius, obstacles))
         state = rollout.final
-        if clearance < least:
+        if clearance < CLEARANCE:
             break
     return clearance, state.positions
 

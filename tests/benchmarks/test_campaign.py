@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.campaign import Campaign, success_interval
+from benchmarks.campaign import CampaignOptions, Trial, success_interval
 
 
 @dataclass(frozen=True)
@@ -14,27 +14,16 @@ class _Spec:
     factor: float
 
 
-@dataclass(frozen=True)
-class _Trial:
-    spec: _Spec
-    product: float
-
-
 RUNS: list[int] = []
 
 
-def _run(spec: _Spec) -> _Trial:
+def _run(spec: _Spec) -> Trial:
     RUNS.append(spec.number)
     if spec.number == 2:
         raise ValueError("no scene [2]")
-    return _Trial(spec, spec.number * spec.factor)
+    return {"product": spec.number * spec.factor}
 
 
-def _line(trial: _Trial) -> str:
-    return f"number {trial.spec.number}"
-
-
-CAMPAIGN = Campaign(_run, _Trial, _line)
 SPECS = [_Spec(number, 1 / 1.5) for number in range(4)]
 
 
@@ -47,31 +36,31 @@ def test_a_campaign_goes_on_where_its_file_ends(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     results = tmp_path / "folder" / "trials.jsonl"
-    first = CAMPAIGN.trials(SPECS[:3], results)
+    first = CampaignOptions(results=results).trials(_run, SPECS[:3])
     results.write_text(results.read_text() + '{"spec": {"num')  # cut off
-    CAMPAIGN.trials(SPECS, results)
-    everything = CAMPAIGN.trials(SPECS, results)
-    assert [t.spec.number for t in first] == [0, 1]
+    CampaignOptions(results=results).trials(_run, SPECS)
+    everything = CampaignOptions(results=results).trials(_run, SPECS)
+    assert [t["spec"].number for t in first] == [0, 1]
     assert RUNS == [0, 1, 2, 3]
-    assert everything == [_run(SPECS[k]) for k in (0, 1, 3)]
+    assert everything == [{"spec": SPECS[k], **_run(SPECS[k])} for k in (0, 1, 3)]
     assert capsys.readouterr().err.splitlines() == [
-        "number 0",
-        "number 1",
+        "0, 0.6666666666666666: product 0",
+        "1, 0.6666666666666666: product 0.6667",
         "no scene [2]",
-        "number 3",
+        "3, 0.6666666666666666: product 2",
     ]
 
 
 def test_another_factor_is_another_trial(tmp_path: Path) -> None:
     results = tmp_path / "trials.jsonl"
-    CAMPAIGN.trials(SPECS[:1], results)
-    CAMPAIGN.trials([_Spec(0, 1.5)], results)
+    CampaignOptions(results=results).trials(_run, SPECS[:1])
+    CampaignOptions(results=results).trials(_run, [_Spec(0, 1.5)])
     assert RUNS == [0, 0]
 
 
 def test_several_processes_keep_the_order() -> None:
-    trials = CAMPAIGN.trials(SPECS, workers=2)
-    assert [t.spec.number for t in trials] == [0, 1, 3]
+    trials = CampaignOptions(workers=2).trials(_run, SPECS)
+    assert [t["spec"].number for t in trials] == [0, 1, 3]
 
 
 def test_the_interval_is_wilsons() -> None:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
+import numpy as np
+
 from benchmarks.campaign import CAMPAIGN_DEFAULTS, CampaignOptions, Trial, groups
 from benchmarks.physics import buckling, closed_forms, frequencies, friction, hanging, set, writhing
 from benchmarks.physics.cases import Case
+from benchmarks.physics.hanging import CLAMPED_ROPES, OTHER_ROPES
+from benchmarks.plots import figure_of, save
 from benchmarks.tables import Flat, Result
 
 Part = Literal[
@@ -17,9 +22,7 @@ Part = Literal[
     "closed-forms",
     "frequencies",
     "buckling",
-    "stiffness",
     "writhing",
-    "plants",
     "friction",
     "set",
 ]
@@ -34,14 +37,9 @@ PARTS: dict[Part, tuple[tuple[Case, ...], str]] = {
         "natural frequencies of straight beams, against Euler-Bernoulli beams",
     ),
     "buckling": (buckling.CASES, "critical loads of straight rods and a ring"),
-    "stiffness": (hanging.STIFFNESS_CASES, "Young's modulus fitted to shapes of the continuum"),
     "writhing": (
         writhing.CASES,
         "twisted rods that buckle, and a loop that twists round itself",
-    ),
-    "plants": (
-        hanging.PLANT_CASES,
-        "simulated ropes at rest, mean distance of nodes from the continuum; processor time",
     ),
     "friction": (
         friction.CASES,
@@ -50,6 +48,9 @@ PARTS: dict[Part, tuple[tuple[Case, ...], str]] = {
     "set": (set.CASES, "wires that are bent round and let go, bent back, and hung up by one end"),
 }
 """Cases and conditions of each table; camera and adaptation are not involved."""
+
+SHAPES = ("0.24 m apart", "E / 4", "E x 4", "pitched", "cantilever, E x 2")
+"""Plotted ropes, all in the plane y = 0."""
 
 
 @dataclass(frozen=True)
@@ -74,9 +75,8 @@ def run(
 
     There is no camera or adaptation: each error is that of a rod itself with n nodes. The parts
     are: `elasticae` (hanging ropes, against boundary value solutions of the continuum),
-    `closed-forms`, `frequencies`, `buckling`, `stiffness` (Young's modulus identified from exact
-    shapes), `writhing`, `plants` (hanging ropes of the simulated lab, and their cost),
-    `friction` (a slope, a post, a bar and the edge of a table) and `set` (bent wires).
+    `closed-forms`, `frequencies`, `buckling`, `writhing`, `friction` (a slope, a post and a bar)
+    and `set` (bent wires).
     The order is that of the error in the length of an edge, between the smallest and the largest
     number of nodes.
 
@@ -86,8 +86,7 @@ def run(
 
     Args:
         part: Parts to measure; all by default.
-        plot: File for a plot of shapes and errors of ropes at rest, a PNG; that of friction is
-            `friction.png` beside it.
+        plot: File for a plot of shapes and errors of ropes at rest, a PNG.
 
     Returns:
         0 if all errors and orders are within their bounds, else 1.
@@ -101,13 +100,8 @@ def run(
     for trial in broken:
         spec = trial["spec"]
         print(f"{spec.part}: {spec.name}: a bound does not hold", file=sys.stderr)
-    if plot is not None:
-        from benchmarks.physics.plot import draw_friction, draw_ropes
-
-        if "friction" in part:
-            draw_friction(plot.with_name("friction.png"))
-        if "elasticae" in part:
-            draw_ropes(measured["elasticae",], plot)
+    if plot is not None and "elasticae" in part:
+        _draw(measured["elasticae",], plot)
     return 1 if broken else 0
 
 
@@ -127,3 +121,23 @@ def row(trial: Trial) -> dict[str, object]:
         "order": case.order(errors) if case.min_order is not None else None,
         **{f"n={n}": error for n, error in zip(case.node_counts, errors, strict=True)},
     }
+
+
+def _draw(trials: Sequence[Trial], path: Path) -> None:
+    """Draw hanging ropes beside the continuum, and the errors of all cases, to a PNG."""
+    figure, (hanging, errors) = figure_of(1, 2, (11.0, 4.5))
+    for k, name in enumerate(SHAPES):
+        rope = (CLAMPED_ROPES | OTHER_ROPES)[name]
+        exact, nodes = rope.continuum.positions(400), rope.rest(20).state.positions
+        hanging.plot(exact[:, 0], exact[:, 2], color=f"C{k}", linewidth=1.0, label=name)
+        hanging.plot(nodes[:, 0], nodes[:, 2], "o", color=f"C{k}", markersize=3)
+    hanging.set(xlabel="x [m]", ylabel="z [m]", aspect="equal", adjustable="datalim")
+    hanging.set_title("Continuum (lines), rods of 20 nodes", fontsize=9)
+    for trial in trials:
+        errors.loglog(trial["spec"].case.node_counts, trial["errors"], ".-", linewidth=0.8)
+    counts = np.array(trials[0]["spec"].case.node_counts, float)
+    largest = max(trial["errors"][0] for trial in trials)
+    errors.loglog(counts, 2.0 * largest * (counts[0] / counts) ** 2, "k--", label="2nd order")
+    errors.set(xlabel="nodes", ylabel="[mm]")
+    errors.set_title("Mean distance of nodes from the continuum", fontsize=9)
+    save(figure, path)

@@ -1,22 +1,17 @@
 """Ropes that hang between two ends, against the equilibrium of the continuum.
 
 The base is a rope of 0.45 m and 8 mm whose ends are 0.24 m apart; each case changes some of it. The
-error of a rod, or of a plant of the simulated lab, is the mean distance of its nodes from points of
-the continuum at equal arc length. `stiffness` fits Young's modulus to such points, with all else
-known: what is left is the error of the discretization.
+error is the mean distance of nodes from points of the continuum at equal arc length.
 """
 
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from typing import Literal, get_args
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.optimize import least_squares
 
 from benchmarks.physics.cases import Case
 from benchmarks.physics.continuum import Equilibrium, equilibrium
@@ -25,13 +20,6 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, add_turns
 from lariat.rod.model import End
 from lariat.rod.results import Rest
-from lariat.simulation.plants.end_motion import EndMotion
-from lariat.simulation.plants.flex_rope import FlexRope
-from lariat.simulation.plants.linked_rope import LinkedRope
-from lariat.simulation.plants.mujoco_plant import MujocoPlant
-from lariat.simulation.plants.mujoco_rope import MujocoRope
-from lariat.simulation.plants.plant import Plant
-from lariat.simulation.plants.rod_plant import RodPlant
 
 MAX_MEAN_ERROR, MIN_ORDER = 0.3, 1.8
 """Largest allowed mean error at n = 40 [mm], and smallest allowed order of convergence [-]."""
@@ -142,98 +130,4 @@ OTHER_ROPES: dict[str, HeldRope] = {
 ROPE_CASES = tuple(
     Case(name, "mm", rope.rest_error, (10, 20, 40, 80, 160, 320), {40: MAX_MEAN_ERROR}, MIN_ORDER)
     for name, rope in (CLAMPED_ROPES | OTHER_ROPES).items()
-)
-
-
-def stiffness_error(ropes: tuple[HeldRope, ...], node_count: int) -> float:
-    """Return the error of the Young's modulus that fits the continuum's shapes best [%]."""
-    exact = [rope.continuum.positions(node_count) for rope in ropes]
-
-    def residuals(factor: Float64[np.ndarray, "1"]) -> Float64[np.ndarray, "k"]:
-        fitted = [rope.stiffer(factor[0]).rest(node_count).state.positions for rope in ropes]
-        return np.ravel(fitted) - np.ravel(exact)
-
-    ends = {"ftol": None, "xtol": 1e-6, "gtol": None}
-    fit = least_squares(residuals, [2.0], bounds=(0.1, 10.0), diff_step=1e-3, **ends)
-    return 100.0 * abs(fit.x[0] - 1.0)
-
-
-SIX_SHAPES = (
-    *("0.24 m apart", "0.12 m apart", "0.36 m apart", "pitched", "yawed"),
-    "right end 0.1 m higher",
-)
-"""Names of the shapes that are fitted together."""
-STIFFNESS_CASES = tuple(
-    Case(
-        name + suffix,
-        "%",
-        partial(stiffness_error, tuple(CLAMPED_ROPES[n].stiffer(factor) for n in names)),
-        (30, 40, 80),
-        dict(zip((30, 40, 80), bounds, strict=False)),
-    )
-    for name, names, suffix, factor, bounds in (
-        ("0.24 m apart", SIX_SHAPES[:1], "", 1.0, (2.0, 2.0, 2.0)),
-        # One shape of a stiff rope hardly tells its stiffness: it has no bound.
-        ("0.24 m apart", SIX_SHAPES[:1], ", E / 4", 0.25, ()),
-        ("0.24 m apart", SIX_SHAPES[:1], ", E x 4", 4.0, ()),
-        ("six shapes together", SIX_SHAPES, "", 1.0, (2.0, 2.0, 2.0)),
-        ("six shapes together", SIX_SHAPES, ", E / 4", 0.25, (3.0, 2.0, 2.0)),
-        ("six shapes together", SIX_SHAPES, ", E x 4", 4.0, (2.0, 2.0, 2.0)),
-    )
-)
-
-Model = Literal["rod", "mujoco", "links"]
-
-
-def build_plant(model: Model, rope: HeldRope, node_count: int) -> Plant:
-    """Return a plant that is at rest between the grips of a rope."""
-    p = rope.properties
-    if model == "rod":
-        plant = RodPlant(p, node_count)
-    else:
-        sizes = p.length, p.diameter, node_count, p.linear_density
-        true = MujocoRope(*sizes, p.youngs_modulus, p.poisson_ratio, p.damping)
-        plant = MujocoPlant(FlexRope(true) if model == "mujoco" else LinkedRope(true))
-    plant.reset(*rope.grips)
-    return plant
-
-
-def plant_error(model: Model, rope: HeldRope, node_count: int) -> float:
-    """Return the error of a plant at rest [mm]."""
-    return rope.error(build_plant(model, rope, node_count).nodes)
-
-
-def plant_cost(model: Model, rope: HeldRope, node_count: int) -> float:
-    """Return the processor time of a plant relative to the simulated time, without camera [%].
-
-    The right grip swings by 0.08 m, once in 50 steps of 10 ms.
-    """
-    plant, step, count = build_plant(model, rope, node_count), 0.01, 50
-    left, right = rope.grips
-    rate, across = 2.0 * np.pi / (step * count), np.array([0.0, 0.08, 0.0])
-    begin = time.process_time()
-    for k in range(1, count + 1):
-        phase = rate * step * k
-        there = Pose(right.position + np.sin(phase) * across, right.orientation)
-        plant.step(EndMotion(left), EndMotion(there, rate * np.cos(phase) * across), step)
-    return 100.0 * (time.process_time() - begin) / (step * count)
-
-
-PLANT_ROPES = (
-    *("0.24 m apart", "E / 4", "E x 4", "0.42 m apart", "pitched", "yawed"),
-    "twisted by 2.5 rad",
-)
-PLANT_CASES = tuple(
-    Case(
-        f"{model}, {name}",
-        "mm",
-        partial(plant_error, model, CLAMPED_ROPES[name]),
-        (40, 80, 120, 160),
-        {120: 0.1},
-    )
-    for model in get_args(Model)
-    for name in PLANT_ROPES
-) + tuple(
-    Case(f"{model}, cost", "% time", partial(plant_cost, model, BASE), (40, 80, 120, 160))
-    for model in get_args(Model)
 )

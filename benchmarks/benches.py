@@ -42,14 +42,8 @@ BENCHES: dict[str, Bench] = {
         "benchmarks.faults.bench", "faults injected into the live stack, and how arms stop"
     ),
     "faults attacks": Bench("benchmarks.faults.attacks", "attacks by those who may not use it"),
-    "faults holds": Bench("benchmarks.faults.holds", "HOLD of a page that others attack"),
     "faults chunks": Bench("benchmarks.faults.chunks", "the gateway's tick with longest chunks"),
-    "faults recordings": Bench(
-        "benchmarks.faults.recordings", "what a recording loses when its stack is stopped or killed"
-    ),
-    "speed run": Bench(
-        "benchmarks.speed.headless", "a headless run by process, or two clones in turn"
-    ),
+    "speed run": Bench("benchmarks.speed.headless", "a headless run by process"),
     "speed live": Bench("benchmarks.speed.live", "steps of the live stack, from a recording"),
     "speed start": Bench("benchmarks.speed.start", "each process until the stack is ready"),
     "speed page": Bench("benchmarks.speed.page", "the load of the dashboard's process"),

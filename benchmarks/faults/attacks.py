@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json as encoder
 import logging
+import multiprocessing
 import os
 import signal
 import socket
@@ -21,7 +22,7 @@ from typing import Any
 import numpy as np
 import psutil
 
-from benchmarks.faults.hostile_publisher import drawn, publishing
+from benchmarks.faults.hostile_publisher import drawn, publish
 from benchmarks.live_stack import LiveStack
 from benchmarks.operator import DeadlineMissed, Operator
 from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
@@ -87,7 +88,7 @@ def run(
     attacks: list[Row] = []
     # What this process is refused is the result, not news.
     logging.disable(logging.WARNING)
-    pool = drawn(valid=True)
+    pool = drawn()
     with LiveStack(find(scenario)) as stack:
         # First who forks: the bus has not been joined yet.
         attacks += [*_other_user(stack), *_flood(stack, pool, messages), *_run_afterwards(stack)]
@@ -236,8 +237,11 @@ def _flood(stack: LiveStack, pool: Sequence[tuple[RawMessage, bool]], count: int
         while time.monotonic() < end:
             own |= {key: item.publisher for key, item in (*states.take(), *health.take())}
             time.sleep(PERIOD)
-        rest, begun, pressed = grip_positions(client.newest_arm_state()), 0.0, 0.0
-        with publishing(pool, stack.hub, stack.namespace, FLOOD_RATE, count) as flood:
+        rest, begun, pressed = _grip_positions(client.newest_arm_state()), 0.0, 0.0
+        messages = (pool, stack.hub, stack.namespace, FLOOD_RATE, count)
+        flood = multiprocessing.get_context("spawn").Process(target=publish, args=messages)
+        flood.start()
+        try:
             while flood.is_alive() or hold:
                 now = time.monotonic()
                 if not hold and now > pressed + HOLD_PERIOD:
@@ -245,9 +249,8 @@ def _flood(stack: LiveStack, pool: Sequence[tuple[RawMessage, bool]], count: int
                 for key, item in states.take():
                     begun = begun or (now if item.publisher != own[key] else 0.0)
                     if item.publisher == own[key]:
-                        moved = max(
-                            moved, float(np.max(np.abs(grip_positions(item.message) - rest)))
-                        )
+                        way = np.abs(_grip_positions(item.message) - rest)
+                        moved = max(moved, float(np.max(way)))
                         obeyed = item.message.last_command == hold and not item.message.refusal
                         if hold and (obeyed or is_stopped(item.message)):
                             hold, waits = "", [*waits, now - pressed]
@@ -257,6 +260,9 @@ def _flood(stack: LiveStack, pool: Sequence[tuple[RawMessage, bool]], count: int
                 if hold and now > pressed + HOLD_TIMEOUT:
                     hold, waits = "", [*waits, float("inf")]
                 time.sleep(PERIOD)
+        finally:
+            flood.terminate()
+            flood.join()
         seconds = time.monotonic() - begun
     # The recorder reads all topics.
     if flood.exitcode or not waits or refused.get("recorder", 0) < MIN_REFUSED * count:
@@ -286,6 +292,6 @@ def _run_afterwards(stack: LiveStack) -> Iterator[Row]:
     yield _row("a person", "a run after all of this", outcome, not failure)
 
 
-def grip_positions(state: ArmStates) -> np.ndarray:
+def _grip_positions(state: ArmStates) -> np.ndarray:
     """Return the positions of the grips [m]."""
     return np.array([arm.position for arm in state.arms])

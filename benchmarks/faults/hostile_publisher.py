@@ -5,12 +5,9 @@ It joins below `shared.bus`, which lets nobody write an attachment of their own.
 
 from __future__ import annotations
 
-import multiprocessing
 import random
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from multiprocessing.process import BaseProcess
+from collections.abc import Sequence
 
 import zenoh
 from hypothesis import given, seed
@@ -28,11 +25,10 @@ BURST_PERIOD = 0.01
 """Time between two bursts [s]."""
 
 
-def drawn(valid: bool) -> list[tuple[RawMessage, bool]]:
+def drawn() -> list[tuple[RawMessage, bool]]:
     """Return messages over all topics, and whether each may be changed further.
 
-    Some are `valid`, but no request for a run or another scenario: those are a person's. Otherwise
-    the check of the bus refuses all: a lawful run goes on beside them.
+    Some are valid, but no request for a run or another scenario: those are a person's.
     """
     pool: list[tuple[RawMessage, bool]] = []
     check = MessageCheck()
@@ -42,7 +38,7 @@ def drawn(valid: bool) -> list[tuple[RawMessage, bool]]:
     @given(hostile(TOPICS, "three-cylinders"))
     def collect(messages: Messages) -> None:
         for topic, raw in messages:
-            free = valid and topic not in (TASK_REQUEST, STACK_REQUEST)
+            free = topic not in (TASK_REQUEST, STACK_REQUEST)
             if free or check.decode(topic, raw) is None:
                 pool.append((raw, free and bool(raw.payload)))
 
@@ -50,31 +46,10 @@ def drawn(valid: bool) -> list[tuple[RawMessage, bool]]:
     return pool
 
 
-@contextmanager
-def publishing(
-    pool: Sequence[tuple[RawMessage, bool]],
-    hub: str,
-    namespace: str,
-    rate: float,
-    count: float = float("inf"),
-) -> Iterator[BaseProcess]:
-    """Publish messages, as `drawn` returns them, in a process of its own at a rate [Hz].
-
-    Half of those that may be changed are; the process ends after `count` messages.
-    """
-    context = multiprocessing.get_context("spawn")
-    process = context.Process(target=_publish, args=(pool, hub, namespace, rate, count))
-    process.start()
-    try:
-        yield process
-    finally:
-        process.terminate()
-        process.join()
-
-
-def _publish(
-    pool: Sequence[tuple[RawMessage, bool]], hub: str, namespace: str, rate: float, count: float
+def publish(
+    pool: Sequence[tuple[RawMessage, bool]], hub: str, namespace: str, rate: float, count: int
 ) -> None:
+    """Publish messages, as `drawn` returns them, at a rate [Hz]; half of the free ones changed."""
     rng = random.Random(0)
     with open_session(hub, namespace) as session:
         begun, sent = time.monotonic(), 0

@@ -15,7 +15,6 @@ import psutil
 
 from benchmarks.child_processes import child_processes
 from benchmarks.conditions import Conditions
-from benchmarks.faults.hostile_publisher import drawn, publishing
 from benchmarks.live_stack import LiveStack
 from benchmarks.operator import RESET_TIMEOUT, Operator
 from benchmarks.speed.live import latencies
@@ -58,7 +57,6 @@ class Sample:
 def run(
     minutes: float = 30.0,
     pages: int = 20,
-    hostile_rate: float = 0.0,
     ros2: bool = False,
     scenario: Path = Path("three-cylinders"),
     options: Flat[PrintOptions] = PRINT_DEFAULTS,
@@ -71,14 +69,11 @@ def run(
 
     Examples:
       lariat bench speed endurance --minutes 480
-      lariat bench speed endurance --minutes 5 --pages 0 --hostile-rate 1000
       lariat bench speed endurance --minutes 2 --pages 0 --ros2
 
     Args:
         minutes: Time of operation [min].
         pages: Number of pages that are open during it.
-        hostile_rate: Hostile messages over all topics in a second of it, which the check of the bus
-            refuses [Hz].
         ros2: Whether it joins ROS 2's graph, where another node subscribes to all of its topics.
         scenario: A scenario's TOML file, or the short name of a shipped one.
 
@@ -100,9 +95,6 @@ def run(
         if pages:
             browsers = OpenPages(stack.address, pages)
             cleanup.callback(browsers.close)
-        if hostile_rate:
-            flood = publishing(drawn(valid=False), stack.hub, stack.namespace, hostile_rate)
-            cleanup.enter_context(flood)
         if ros2:
             cleanup.callback(_subscriber(stack.ros2_router, loaded).close)
         begun = sampled = time.monotonic()

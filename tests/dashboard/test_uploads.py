@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 import pytest
 from viser import UploadedFile
 
-from benchmarks.faults.holds import WORST_FILES
 from dashboard.action_queue import ActionQueue
 from dashboard.controls.hold_path import HoldPath
 from dashboard.controls.stop_bar import StopBar
@@ -21,6 +20,15 @@ from tests.dashboard.web.visitor import Visitor
 from tests.shared.cell import free_port, until
 
 pytestmark = pytest.mark.live
+
+WORST_FILES = (
+    "a=[" + "1," * (MAX_FILE_SIZE // 2 - 8) + "]",
+    "a=[" + "{b=1}," * (MAX_FILE_SIZE // 6 - 8) + "]",
+    "a=[" + f"{'[' * 30}{']' * 30}," * (MAX_FILE_SIZE // 61 - 8) + "]",
+    'a="""' + "x" * (MAX_FILE_SIZE - 16) + '"""',
+    "[[a]]\n" * (MAX_FILE_SIZE // 6 - 8),
+)
+"""Files of the largest size that take the parser longest, in whole or in one call."""
 
 
 class Page:

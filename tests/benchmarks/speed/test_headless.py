@@ -1,4 +1,4 @@
-"""Time of a run: by process, and of two clones in turn."""
+"""Time of a run by process."""
 
 from __future__ import annotations
 
@@ -17,19 +17,3 @@ def test_processes_and_runner_share_the_whole_run() -> None:
     assert sum(row["share_percent"] for row in rows) == pytest.approx(100.0)
     assert all(row["ms_per_simulated_s"] > 0.0 for row in rows)
     assert title.startswith("twenty-posts: 0.")
-
-
-def test_clones_run_in_turn_and_are_compared_by_their_medians(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    other, called = Path("/former"), []
-    factors = iter([4.0, 2.0, 6.0, 3.0, 5.0, 2.5])
-
-    def pace(clone: Path, scenario: str, changes: tuple[str, ...]) -> float:
-        called.append(clone)
-        return next(factors)
-
-    monkeypatch.setattr(headless, "_real_time_factor", pace)
-    ours, theirs = headless.paces("three-cylinders", (), other, 3)
-    assert called == [headless.ROOT, other] * 3
-    assert (ours["median"], theirs["median"], ours["ratio"]) == (5.0, 2.5, 2.0)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
-from benchmarks.paper.goals import Goal, start_state
+from benchmarks.paper.goals import Nodes, start_state
 from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
 from lariat.control.mpc.horizon import HorizonOptimizer, HorizonProblem
 from lariat.geometry import polylines
@@ -32,7 +32,7 @@ def run_to_goal(
     method: HorizonOptimizer,
     model: Rod | XpbdRod,
     plant: Rod | XpbdRod,
-    goal: Goal,
+    goal: Nodes,
     avoidance: AvoidanceSpecification,
     steps: int,
     adaptation: PaperAdaptation | None = None,
@@ -74,7 +74,7 @@ def run_to_goal(
         rolled = plant.rollout(RolloutSpec(state, actions, PAPER_TIME_STEP, obstacles=obstacles))
         method.shift(PAPER_TIME_STEP * len(actions))
         for nodes in rolled.positions:
-            errors.append(float(np.mean(np.linalg.norm(nodes - goal.nodes, axis=1))))
+            errors.append(float(np.mean(np.linalg.norm(nodes - goal, axis=1))))
             lengths.append(abs(polylines.length(nodes) - plant.properties.length))
             nearest = chain_clearance(nodes, avoidance.radius, avoidance.obstacles)
             clearance = min(clearance, nearest)
@@ -112,16 +112,16 @@ def run_to_goal(
 def horizon_problem(
     method: HorizonOptimizer,
     state: RodState,
-    goal: Goal,
+    goal: Nodes,
     velocity: Float64[np.ndarray, "2 2 3"],
 ) -> HorizonProblem:
     """Return the problem of a horizon whose reference is the goal itself, without a path."""
     count = method.step_count
     return HorizonProblem(
         state,
-        np.zeros_like(goal.nodes),
+        np.zeros_like(goal),
         np.zeros((count, 2, 6)),
-        np.repeat(goal.nodes[None], count, axis=0),
+        np.repeat(goal[None], count, axis=0),
         velocity,
         np.zeros((2, 6)),
         np.zeros((2, 6), dtype=bool),

@@ -9,7 +9,6 @@ position-based rod in another shape than the continuous one.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
@@ -31,16 +30,8 @@ MIN_CLEARANCE = 0.02
 """Least clearance of a goal [m]."""
 
 
-@dataclass(frozen=True)
-class Goal:
-    """Goal shape, and the grips between which it is a rest shape of the plant."""
-
-    nodes: Float64[np.ndarray, "n 3"]
-    """Node positions [m]."""
-    left: Pose
-    """Left grip."""
-    right: Pose
-    """Right grip."""
+Nodes = Float64[np.ndarray, "n 3"]
+"""Node positions of a goal [m]."""
 
 
 def obstacles() -> tuple[Obstacle, ...]:
@@ -53,7 +44,7 @@ def start_state(rod: Rod | XpbdRod) -> RodState:
     return rod.rest(*(Pose(p, LEVEL_ORIENTATION) for p in START_GRIPS)).state
 
 
-def goals(rod: Rod | XpbdRod, reference: XpbdRod, seed: int) -> Iterator[Goal]:
+def goals(rod: Rod | XpbdRod, reference: XpbdRod, seed: int) -> Iterator[Nodes]:
     """Yield goals of a plant without end."""
     random = np.random.default_rng(seed)
     bodies = obstacles()
@@ -72,4 +63,4 @@ def goals(rod: Rod | XpbdRod, reference: XpbdRod, seed: int) -> Iterator[Goal]:
             continue
         if rod is not reference:
             rest = rod.rest(left, right)
-        yield Goal(rest.state.positions, left, right)
+        yield rest.state.positions

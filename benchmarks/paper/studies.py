@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.campaign import Trial
 from benchmarks.paper.closed_loop import FINAL_STEPS, PAPER_TIME_STEP, run_to_goal
-from benchmarks.paper.goals import BASE_SCENARIO, START_GRIPS, Goal, goals, obstacles
+from benchmarks.paper.goals import BASE_SCENARIO, START_GRIPS, Nodes, goals, obstacles
 from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
 from lariat.control.mpc.gauss_newton import GaussNewton
 from lariat.control.mpc.horizon import HorizonOptimizer
@@ -31,8 +31,6 @@ ROPE_LENGTH, ROPE_DIAMETER, NODE_COUNT = 0.45, 0.008, 40
 """Length and diameter of the rope [m], and its number of nodes."""
 PAPER_CONTROL = PaperControl()
 """Settings of the paper's method."""
-NETWORK_RATE = 1e-3
-"""Learning rate of the network, tried for Adam on the velocities too."""
 COMPLIANCE_RATIO = 3.0
 """Compliance of the plant relative to the model's, in the adaptation studies [-]."""
 GAUSS_NEWTON_HORIZON, GAUSS_NEWTON_STEP = 15, 0.02
@@ -58,16 +56,10 @@ class Study:
     """Rod of model and plant: the paper's, or Lariat's."""
     seed: int = 0
     """Seed of the network's initial weights."""
-    rate: float = ACTIONS_RATE
-    """Learning rate of Adam on the velocities."""
     softer: float = 1.0
     """Compliance of the plant relative to the model's [-]."""
     adapts: bool = False
     """Whether the model is adapted online."""
-    mean_norm: bool = False
-    """Whether (12) weighs the mean of the node distances, not their sum."""
-    differentiates_inputs: bool = False
-    """Whether the gradient goes through the network's inputs, too."""
 
     @property
     def name(self) -> str:
@@ -77,12 +69,6 @@ class Study:
         parts = [self.solver, self.method]
         if self.method == "network":
             parts.append(f"seed {self.seed}")
-        if self.rate != ACTIONS_RATE:
-            parts.append(f"rate {self.rate:g}")
-        if self.mean_norm:
-            parts.append("mean of the distances")
-        if self.differentiates_inputs:
-            parts.append("through its inputs")
         if self.softer != 1.0:
             parts.append(f"plant {self.softer:g} x as soft")
             parts.append("adapting" if self.adapts else "not adapting")
@@ -93,10 +79,7 @@ def studies(seeds: int) -> Iterator[Study]:
     """Yield the studies of the methods: on the paper's rod, then on Lariat's."""
     for seed in range(seeds):
         yield Study("network", "xpbd", seed)
-    yield Study("network", "xpbd", mean_norm=True)
-    yield Study("network", "xpbd", differentiates_inputs=True)
     yield Study("actions", "xpbd")
-    yield Study("actions", "xpbd", rate=NETWORK_RATE)
     yield Study("network", "direct")
     yield Study("actions", "direct")
     yield Study("gauss_newton", "direct")
@@ -163,12 +146,12 @@ def _plant(solver: str, softer: float) -> Rod | XpbdRod:
 
 
 @cache
-def _goals(solver: str, softer: float, seed: int) -> tuple[Iterator[Goal], list[Goal]]:
+def _goals(solver: str, softer: float, seed: int) -> tuple[Iterator[Nodes], list[Nodes]]:
     """Goals of a plant: those to come, and those that are drawn."""
     return goals(_plant(solver, softer), rods()[0], seed), []
 
 
-def _goal(solver: str, softer: float, seed: int, number: int) -> Goal:
+def _goal(solver: str, softer: float, seed: int, number: int) -> Nodes:
     further, drawn = _goals(solver, softer, seed)
     while len(drawn) <= number:
         drawn.append(next(further))
@@ -182,17 +165,13 @@ def _method(study: Study) -> HorizonOptimizer:
         horizon = GAUSS_NEWTON_HORIZON, GAUSS_NEWTON_STEP
         return GaussNewton(moves, *horizon, 1, GAUSS_NEWTON_WEIGHTS, Limits())
     free = int(moves.sum())
-    policy = Actions(PAPER_CONTROL.horizon, free, study.rate)
+    policy = Actions(PAPER_CONTROL.horizon, free, ACTIONS_RATE)
     if study.method == "network":
         policy = Network(NODE_COUNT, free, PAPER_CONTROL.learning_rate, study.seed)
-    settings = PAPER_CONTROL
-    if study.mean_norm:
-        settings = replace(settings, error_weight=settings.error_weight / NODE_COUNT)
-    unlimited = MotionLimits(*[np.inf] * 6)
-    return PaperOptimizer(policy, settings, moves, unlimited, study.differentiates_inputs)
+    return PaperOptimizer(policy, PAPER_CONTROL, moves, MotionLimits(*[np.inf] * 6))
 
 
-def _by_the_stack(spec: ShapingSpec, rod: Rod, goal: Goal) -> Trial:
+def _by_the_stack(spec: ShapingSpec, rod: Rod, goal: Nodes) -> Trial:
     """Run by the whole stack: planned path, Gauss-Newton control, gateway with the arms' limits.
 
     The plant is Lariat's rod; the controller perceives the true nodes and does not adapt.
@@ -218,7 +197,7 @@ def _by_the_stack(spec: ShapingSpec, rod: Rod, goal: Goal) -> Trial:
         sensing=replace(base.sensing, source="truth"),
         control=replace(base.control, clearance=PATH_CLEARANCE),
         start=Shape(line=(left, right)),
-        goal=Shape(nodes=goal.nodes),
+        goal=Shape(nodes=goal),
         run=replace(base.run, time_limit=spec.steps * PAPER_TIME_STEP),
     )
     score = closed_loop.run(scenario).score

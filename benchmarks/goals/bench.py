@@ -183,7 +183,6 @@ def run_trial(spec: GoalSpec) -> Trial:
         "grip_distance": metrics.grip_distance,
         "gripper_clearance_mm": 1e3 * metrics.gripper_clearance,
         "longest_stop": metrics.longest_stop,
-        "ends": [nodes.tolist() for nodes in metrics.ends],
         "succeeded": ended and outcome.score.contact_time_s == 0.0,
     }
 

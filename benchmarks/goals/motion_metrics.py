@@ -19,7 +19,6 @@ from shared.messages import (
     ArmStates,
     TaskState,
     arm_pose,
-    chain,
     obstacle_motions,
     poses_known,
     scene_obstacles,
@@ -44,8 +43,6 @@ class MotionMetrics:
         """Least distance of a gripper's body from an obstacle that is not a support [m]."""
         self.longest_stop = 0.0
         """Longest time for which the arms stood still on the way [s], e.g. during a plan."""
-        self.ends: list[Float64[np.ndarray, "n 3"]] = []
-        """True rope at the beginning and at the end [m]."""
         self.task: TaskState | None = None
         """Newest state of the controller."""
         self._limits, self._length = scenario.limits, scenario.rope.length
@@ -65,8 +62,6 @@ class MotionMetrics:
                 self._motions = obstacle_motions(delivery.parse())
             case topics.TASK_STATE.key:
                 self.task = delivery.parse()
-            case topics.ROPE_TRUTH.key:
-                self.ends[1:] = [chain(delivery.parse().positions)]
 
     def _take_arms(self, arms: ArmStates) -> None:
         if not poses_known(arms):

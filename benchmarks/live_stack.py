@@ -57,11 +57,6 @@ class LiveStack:
         """Id of the launcher's process."""
         return self._launcher.pid
 
-    @property
-    def has_ended(self) -> bool:
-        """Whether the launcher's process has ended."""
-        return self._launcher.poll() is not None
-
     def __enter__(self) -> LiveStack:
         """Start the stack and wait until it is ready.
 

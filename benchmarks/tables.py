@@ -47,45 +47,28 @@ class PrintOptions:
     """Folder for the tables as CSV."""
 
     def publish(self, *results: Result, details: Sequence[Result] = ()) -> None:
-        """Print tables as these options say; `details` are for JSON and CSV alone."""
-        publish(results, self.json, self.output, details)
+        """Print tables, or one JSON object that holds the rows of each by its name.
+
+        Args:
+            results: Tables; each is written to NAME.csv where there is a folder.
+            details: Tables for JSON and CSV alone, such as every trial of a campaign.
+
+        Raises:
+            ConfigurationError: The folder cannot be written.
+        """
+        everything = {r.name: [_plain(row) for row in r.rows] for r in (*results, *details)}
+        if self.output:
+            for name, rows in everything.items():
+                _write_csv(self.output / f"{name}.csv", rows)
+        if self.json:
+            print(encoder.dumps(everything))
+            return
+        console = Console(width=None if sys.stdout.isatty() else REPORT_WIDTH)
+        for result in results:
+            console.print(_table(result, everything[result.name]))
 
 
 PRINT_DEFAULTS = PrintOptions()
-
-
-def publish(
-    results: Sequence[Result],
-    json: bool = False,
-    output: Path | None = None,
-    details: Sequence[Result] = (),
-) -> None:
-    """Print tables, or one JSON object that holds the rows of each by its name.
-
-    Args:
-        results: Tables.
-        json: Whether to print JSON.
-        output: Folder, in which each table is written to NAME.csv.
-        details: Tables for JSON and CSV alone, such as every trial of a campaign.
-
-    Raises:
-        ConfigurationError: The folder cannot be written.
-    """
-    everything = {r.name: [_plain(row) for row in r.rows] for r in (*results, *details)}
-    if output:
-        for name, rows in everything.items():
-            _write_csv(output / f"{name}.csv", rows)
-    if json:
-        print(encoder.dumps(everything))
-        return
-    console = Console(width=None if sys.stdout.isatty() else REPORT_WIDTH)
-    for result in results:
-        console.print(_table(result, everything[result.name]))
-
-
-def report(rows: Sequence[Any], conditions: str = "", *, title: str = "", json: bool = False):
-    """Print the one table of a bench; as JSON, an object with a list `rows`."""
-    publish([Result("rows" if json else title, rows, conditions)], json)
 
 
 def _table(result: Result, rows: Sequence[Row]) -> Table:

@@ -18,12 +18,11 @@ from lariat.geometry.poses import Pose
 from lariat.paper.xpbd import XpbdRod
 from lariat.rod import Rod, RodState
 from lariat.scenario import load
+from lariat.scenario.goal_table import LEVEL_GRIP
 from lariat.scenario.shipped import find
 
 BASE_SCENARIO = "three-cylinders"
 """Scenario of the cylinders."""
-LEVEL_ORIENTATION = np.array([0.5, 0.5, 0.5, 0.5])
-"""Orientation of both grips: the rope along x, from left to right."""
 START_GRIPS = (np.array([-0.22, -0.12, 0.30]), np.array([0.22, -0.12, 0.30]))
 """Positions of the grips at the start [m]."""
 MIN_CLEARANCE = 0.02
@@ -41,7 +40,7 @@ def obstacles() -> tuple[Obstacle, ...]:
 
 def start_state(rod: Rod | XpbdRod) -> RodState:
     """Return the rod at rest at the start."""
-    return rod.rest(*(Pose(p, LEVEL_ORIENTATION) for p in START_GRIPS)).state
+    return rod.rest(*(Pose(p, LEVEL_GRIP) for p in START_GRIPS)).state
 
 
 def goals(rod: Rod | XpbdRod, reference: XpbdRod, seed: int) -> Iterator[Nodes]:
@@ -53,8 +52,8 @@ def goals(rod: Rod | XpbdRod, reference: XpbdRod, seed: int) -> Iterator[Nodes]:
         centre = random.uniform((-0.05, 0.08, 0.20), (0.05, 0.22, 0.32))
         chord = half * np.array([np.cos(yaw), np.sin(yaw), tilt])
         left, right = (
-            Pose(centre - chord, LEVEL_ORIENTATION),
-            Pose(centre + chord, LEVEL_ORIENTATION),
+            Pose(centre - chord, LEVEL_GRIP),
+            Pose(centre + chord, LEVEL_GRIP),
         )
         rest = reference.rest(left, right)
         radius = reference.properties.diameter / 2.0

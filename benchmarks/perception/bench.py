@@ -15,15 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR, Kind, views_of
-from benchmarks.tables import report
+from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR, Kind, believed, views_of
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.configuration import ConfigurationError
 from lariat.geometry.poses import Pose
-from lariat.perception.centerline.estimate import CenterlineEstimate, RopeDimensions, ShapePrior
+from lariat.perception.centerline.estimate import CenterlineEstimate, ShapePrior
 from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.perception.centerline.settings import CenterlineSettings
 from lariat.perception.tracking.paper_baseline import paper_nodes
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod
 from lariat.simulation.camera.rgbd_camera import RgbdCamera
 from lariat.simulation.camera.sensor_noise import SensorNoise
 
@@ -56,7 +56,7 @@ def run(
     views: int = 40,
     seed: int = 0,
     only: tuple[str, ...] = (),
-    json: bool = False,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Measure the accuracy of the rope that is perceived in single images.
 
@@ -71,7 +71,6 @@ def run(
         views: Number of random views for each row.
         seed: Seed of the views.
         only: Rope, kind, resolution or noise of the rows to measure; all rows by default.
-        json: Print one JSON object instead of a table.
     """
     rows = []
     for setting in TABLE_ROWS:
@@ -93,7 +92,7 @@ def run(
         "node off by 10 mm and 3 sigma; lost. Of nodes: within 2 sigma, observed, found by the "
         "paper's method. Of observed nodes: certain: sigma below 1 mm. ms: processor time."
     )
-    report(rows, caption, json=json)
+    options.publish(Result("rows", rows, caption))
     return 0
 
 
@@ -107,14 +106,8 @@ def measure(
 ) -> dict[str, Any]:
     """Measure one row of the table."""
     truth = ROPES[rope]
-    believed = RodProperties(
-        truth.length, truth.diameter, truth.linear_density, STIFFNESS_ERROR * truth.youngs_modulus
-    )
-    rod = Rod(believed, truth.node_count)
-    weight_over_stiffness = 9.81 * truth.linear_density / believed.bending_stiffness
-    model = RopeDimensions(
-        truth.length, truth.diameter / 2.0, truth.node_count, weight_over_stiffness
-    )
+    properties, model = believed(truth)
+    rod = Rod(properties, truth.node_count)
     settings = CenterlineSettings(depth_sigma=sigma)
     noise = SensorNoise(depth_sigma=sigma)
     estimates: list[tuple[CenterlineEstimate, np.ndarray]] = []

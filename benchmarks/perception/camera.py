@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.tables import report
+from benchmarks.perception.scenes import FIELD_OF_VIEW, GRIPPER_SIZE
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.grippers import gripper_capsules
@@ -22,19 +23,16 @@ from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from lariat.perception.markers.marker_detection import MarkerDetector
 from lariat.perception.markers.marker_pose import MarkerPoseFilter, locate_marker
+from lariat.scenario.goal_table import LEVEL_GRIP
 from lariat.simulation.camera.marker_plates import MarkerPlate
 from lariat.simulation.camera.rgbd_camera import RgbdCamera
 
 RESOLUTIONS = ((640, 480), (1280, 720))
 """Widths and heights of the images [pixels]."""
-FIELD_OF_VIEW = math.radians(65.0)
-"""Horizontal field of view [rad]."""
 CAMERA_POSITION, CAMERA_TARGET = (0.0, -0.05, 1.0), (0.0, 0.0, 0.1)
 """Position of the camera, and a point on its optical axis [m]."""
 NODE_COUNT, ROPE_RADIUS = 40, 0.004
 """Nodes and radius [m] of the rope."""
-GRIPPER_SIZE = (0.048, 0.012)
-"""Reach and radius of a gripper [m]."""
 FRAMES_PER_MARKER = 5
 """Number of images from which a marker is placed, as in perception."""
 FRAME_RATE = 30.0
@@ -48,7 +46,7 @@ def run(
     places: int = 24,
     side: float = 0.04,
     seed: int = 0,
-    json: bool = False,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Time the simulated camera and measure the accuracy of markers in its images.
 
@@ -59,14 +57,13 @@ def run(
         places: Number of random marker poses.
         side: Side of the marker's black square [m].
         seed: Seed of poses and noise.
-        json: Print one JSON object instead of a table.
     """
     rows = [measure(resolution, frames, places, side, seed) for resolution in RESOLUTIONS]
     conditions = (
         f"scene: curve of {NODE_COUNT} nodes, three cylinders, two grippers, table; "
         f"markers: {1e3 * side:g} mm, seen by the simulated camera, largest of {places} errors"
     )
-    report(rows, conditions, json=json)
+    options.publish(Result("rows", rows, conditions))
     return 0
 
 
@@ -81,11 +78,10 @@ def measure(
     camera = RgbdCamera(view, seed=seed)
     s = np.linspace(-1.0, 1.0, NODE_COUNT)
     rope = np.stack([0.2 * s, 0.0 * s - 0.1, 0.2 + 0.1 * s**2], axis=1)
-    level = np.array([0.5, 0.5, 0.5, 0.5])
     bodies = [
         TABLE,
         *(Obstacle("cylinder", (x, 0.0, 0.08), radius=0.03, height=0.16) for x in (-0.12, 0, 0.12)),
-        *gripper_capsules(Pose(rope[0], level), Pose(rope[-1], level), *GRIPPER_SIZE),
+        *gripper_capsules(Pose(rope[0], LEVEL_GRIP), Pose(rope[-1], LEVEL_GRIP), *GRIPPER_SIZE),
     ]
     times = []
     for frame in range(frames + WARM_UP_FRAMES):

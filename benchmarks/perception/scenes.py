@@ -15,6 +15,9 @@ from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
+from lariat.perception.centerline.estimate import RopeDimensions
+from lariat.rod import RodProperties
+from lariat.scenario.goal_table import LEVEL_GRIP
 from lariat.simulation.plants.flex_rope import FlexRope
 from lariat.simulation.plants.mujoco_plant import MujocoPlant
 from lariat.simulation.plants.mujoco_rope import MujocoRope
@@ -23,8 +26,6 @@ Kind = Literal["easy", "hidden", "hard"]
 
 PLANT_EDGES = 3
 """Edges of the true rope for each edge of the rope that is looked for [-]."""
-LEVEL_ORIENTATION = np.array([0.5, 0.5, 0.5, 0.5])
-"""Orientation of a grip that holds the rope along x."""
 ROPES = {
     "rope": MujocoRope(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0),
     "cable": MujocoRope(0.55, 0.005, 40, 0.040, 6.0e7, damping=2.0),
@@ -56,6 +57,17 @@ class View(NamedTuple):
     """All nodes of the true rope, which is finer [m]."""
     bodies: list[Obstacle]
     """Everything else in view."""
+
+
+def believed(truth: MujocoRope) -> tuple[RodProperties, RopeDimensions]:
+    """Return what perception believes of a rope."""
+    rod = RodProperties(
+        truth.length, truth.diameter, truth.linear_density, STIFFNESS_ERROR * truth.youngs_modulus
+    )
+    weight_over_stiffness = 9.81 * truth.linear_density / rod.bending_stiffness
+    return rod, RopeDimensions(
+        truth.length, truth.diameter / 2.0, truth.node_count, weight_over_stiffness
+    )
 
 
 def views_of(
@@ -114,7 +126,7 @@ def _sample_grips(random: np.random.Generator, length: float, kind: Kind) -> tup
         extra = random.choice([0.0, 0.0, 1.5, -1.5, 3.0]) if hard else 0.0
         tilt = poses.exponential(random.normal(0.0, 0.9 if hard else 0.35, 3))
         about_z = poses.exponential(np.array([0.0, 0.0, yaw + extra]))
-        turns.append(poses.multiply(tilt, poses.multiply(about_z, LEVEL_ORIENTATION)))
+        turns.append(poses.multiply(tilt, poses.multiply(about_z, LEVEL_GRIP)))
     return Pose(place - half, turns[0]), Pose(place + half, turns[1])
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.tables import Result, publish, report
+from benchmarks.tables import PrintOptions, Result
 from lariat.configuration import ConfigurationError
 
 
@@ -32,11 +32,11 @@ ROWS = [Row(Spec("sim [2]"), [0.123456, 2.0], True, float("nan"))]
 def test_dataclasses_are_rows_of_a_table_and_of_one_json_object(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    report(ROWS, "plant: rod")
+    PrintOptions().publish(Result("rows", ROWS, "plant: rod"))
     text = capsys.readouterr().out
     for cell in ("errors mm", "sim [2]", "0.1235, 2", "yes", "–", "plant: rod"):
         assert cell in text
-    report(ROWS, json=True)
+    PrintOptions(json=True).publish(Result("rows", ROWS))
     row = {"name": "sim [2]", "errors_mm": [0.123456, 2.0], "held": True, "reached": None}
     assert json.loads(capsys.readouterr().out) == {"rows": [row]}
 
@@ -44,9 +44,10 @@ def test_dataclasses_are_rows_of_a_table_and_of_one_json_object(
 def test_details_stand_in_json_and_csv_alone(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    summary = [Result("summary", [{"good": 1}, {"bad": 2}])]
+    summary = Result("summary", [{"good": 1}, {"bad": 2}])
     for as_json in (False, True):
-        publish(summary, as_json, tmp_path / "new", [Result("trials", ROWS)])
+        options = PrintOptions(as_json, tmp_path / "new")
+        options.publish(summary, details=[Result("trials", ROWS)])
     table, _, parsed = capsys.readouterr().out.rpartition("\n{")
     assert "good" in table
     assert "sim" not in table
@@ -61,4 +62,4 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     blocked = tmp_path / "file"
     blocked.touch()
     with pytest.raises(ConfigurationError, match=str(blocked)):
-        publish([Result("rows", ROWS)], output=blocked)
+        PrintOptions(output=blocked).publish(Result("rows", ROWS))

@@ -13,17 +13,16 @@ from benchmarks.perception.following.cases import CASES, COLORFUL, ROPE_COLOR, C
 from benchmarks.perception.following.doubt import StatedDoubt, fitted, reliability
 from benchmarks.perception.following.frames import VIEW, TrueFrame, frames_of
 from benchmarks.perception.following.others import OthersFigures, OthersFollower
-from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR
-from benchmarks.tables import Result, publish
+from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR, believed
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.control.estimation.rope_tracker import MAX_P_WRONG
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import TABLE
-from lariat.perception.centerline.estimate import CenterlineEstimate, RopeDimensions
+from lariat.perception.centerline.estimate import CenterlineEstimate
 from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.perception.centerline.settings import CenterlineSettings
 from lariat.perception.tracking.centerline_tracker import CenterlineTracker
 from lariat.perception.tracking.wrong_chain import WrongChainModel
-from lariat.rod import RodProperties
 from lariat.simulation.camera.depth_faults import REAL_SENSOR, DepthFaults
 
 WRONG_ERROR, WRONG_SIGMAS = 0.010, 3.0
@@ -95,9 +94,9 @@ def run(
     sequences: int = 4,
     seed: int = 0,
     only: tuple[Case, ...] = CASES,
-    json: bool = False,
     fit: bool = False,
     real_sensor: bool = False,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Measure how a held rope is followed beside other ropes, behind hands and out of view.
 
@@ -113,7 +112,6 @@ def run(
         sequences: Number of sequences of each case.
         seed: Seed of the first one.
         only: Cases to measure.
-        json: Print one JSON object instead of a table.
         fit: Print the coefficients of the doubt, fitted to these sequences.
         real_sensor: Give the depth images holes in glare and darkness, bleeding edges, bands of
             interference and the bias of a sensor that warms up.
@@ -136,8 +134,8 @@ def run(
         "Probability that a visible node is off by over a centimetre, stated and as it came out."
     )
     beside = "Other ropes as published from the third of a second on."
-    tables = [Result("followed", rows, caption), Result("others", others, beside)]
-    publish([*tables, Result("doubt", bins, stated)], json)
+    tables = Result("followed", rows, caption), Result("others", others, beside)
+    options.publish(*tables, Result("doubt", bins, stated))
     if fit:
         print(f"COEFFICIENTS = {tuple(round(c, 3) for c in fitted(doubts))}")
     return 0
@@ -146,13 +144,9 @@ def run(
 def follow(case: Case, seed: int, figures: Figures, faults: DepthFaults | None = None) -> None:
     """Follow the rope through one sequence and count."""
     truth = ROPES["rope"]
-    believed = RodProperties(
-        truth.length, truth.diameter, truth.linear_density, STIFFNESS_ERROR * truth.youngs_modulus
-    )
-    weight = 9.81 * truth.linear_density / believed.bending_stiffness
-    model = RopeDimensions(truth.length, truth.diameter / 2.0, truth.node_count, weight)
+    properties, model = believed(truth)
     settings = CenterlineSettings(rope_color=ROPE_COLOR if case in COLORFUL else None)
-    tracker = CenterlineTracker(CenterlineEstimator(VIEW, model, settings), believed, [TABLE])
+    tracker = CenterlineTracker(CenterlineEstimator(VIEW, model, settings), properties, [TABLE])
     gone, returned, wrong_chain = False, 0.0, WrongChainModel()
     beside = OthersFollower(model.radius, figures.others)
     for number, frame in enumerate(frames_of(truth, case, seed, faults)):

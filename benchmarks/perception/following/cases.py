@@ -12,6 +12,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
+from lariat.scenario.goal_table import LEVEL_GRIP
 from lariat.simulation.camera.rgbd_camera import RGB, Tube
 
 Case = Literal[
@@ -44,8 +45,6 @@ ARM_RADIUS = 0.055
 """Radius of the forearm that hides the rope [m]."""
 ARM_HEIGHT = 0.62
 """Height of its axis above the table [m]."""
-LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
-"""Orientation of a grip that holds the rope along x."""
 
 GripPath = Callable[[float], tuple[Pose, Pose]]
 TubePath = Callable[[float], list[Tube]]
@@ -95,7 +94,7 @@ def _grips(random: np.random.Generator, case: Case, length: float) -> GripPath:
     for _ in range(2):
         tilt = poses.exponential(random.normal(0.0, 0.15, 3))
         about_z = poses.exponential(np.array([0.0, 0.0, yaw]))
-        turns.append(poses.multiply(tilt, poses.multiply(about_z, LEVEL)))
+        turns.append(poses.multiply(tilt, poses.multiply(about_z, LEVEL_GRIP)))
     sway, phase = random.uniform(-0.03, 0.03, (2, 3)), random.uniform(0.0, math.pi, 2)
     direction = random.uniform(-math.pi, math.pi)
     swing = np.array([math.cos(direction), math.sin(direction), 0.0])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -10,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from benchmarks.perception.following.cases import DURATION, ROPE_COLOR, Case, sequence
+from benchmarks.perception.scenes import FIELD_OF_VIEW, GRIPPER_SIZE, PLANT_EDGES
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import TABLE
@@ -23,12 +23,8 @@ from lariat.simulation.plants.mujoco_rope import MujocoRope
 
 FRAME_RATE = 30.0
 """Frame rate [Hz]."""
-PLANT_EDGES = 3
-"""Edges of the true rope for each edge of the rope that is followed [-]."""
-GRIPPER_SIZE = (0.048, 0.012)
-"""Reach and radius of a gripper [m]."""
 VIEW = Camera(
-    Intrinsics.symmetric(640, 480, math.radians(65.0)),
+    Intrinsics.symmetric(640, 480, FIELD_OF_VIEW),
     looking_at((0.0, -0.05, 1.0), (0.0, 0.0, 0.15)),
 )
 """The camera of a cell."""
@@ -82,10 +78,7 @@ def frames_of(
                 for now, then in zip((left, right), moving.grips(time + 1e-4), strict=True)
             ]
             plant.step(motion[0], motion[1], step)
-        bodies = [
-            TABLE,
-            *gripper_capsules(left, right, *GRIPPER_SIZE),
-        ]
+        bodies = [TABLE, *gripper_capsules(left, right, *GRIPPER_SIZE)]
         tubes = moving.tubes(time)
         images = camera.take(plant.nodes, truth.diameter / 2.0, bodies, frame=number, tubes=tubes)
         nodes = plant.nodes[::PLANT_EDGES].copy()

@@ -1,6 +1,6 @@
 """Ropes as instances in single pictures: `lariat bench perception instances`.
 
-Rendered pictures of the held-out generator and ordinary photographs without ropes, or a folder of
+Rendered pictures and ordinary photographs without ropes, or a folder of
 labelled photographs, are given to the detector of `lariat see`. What it finds is compared with the
 labels, and its doubt with the share of answers that are wrong.
 """
@@ -21,9 +21,8 @@ from jaxtyping import UInt8
 
 from benchmarks.perception.instances import calibration
 from benchmarks.perception.instances.judgement import Judgement, judge
-from benchmarks.perception.instances.reliability import draw_reliability
-from benchmarks.perception.pictures.generators import Ground, held_out_picture, tuning_picture
-from benchmarks.tables import report
+from benchmarks.perception.pictures.generators import Ground, rendered_picture
+from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.configuration import ConfigurationError
 from lariat.perception.image import detector
 from lariat.perception.image.p_wrong import DOUBTFUL
@@ -38,7 +37,7 @@ WITHOUT_ROPE = (
 )
 """Photographs of scikit-image without a rope: for judging only, nothing is fitted to them."""
 FIRST_FIT_SEED, FIRST_EMPTY_SEED = 100_000, 200_000
-"""First seeds of the pictures for the fit, and of those without cables; tuning uses lower ones."""
+"""First seeds of the pictures for the fit, and of those without cables; figures use lower ones."""
 FIT_GROUNDS: tuple[Ground, ...] = ("plain", "clutter", "real")
 FIT_COUNTS = (1, 2, 0, 3)
 """Grounds and numbers of cables of the pictures for the fit, in turn."""
@@ -64,9 +63,8 @@ def run(
     seed: int = 0,
     only: tuple[str, ...] = (),
     photographs: Path | None = None,
-    diagram: Path | None = None,
     fit: int = 0,
-    json: bool = False,
+    options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
     """Measure the detection of several ropes in single pictures, and whether its doubt is true.
 
@@ -77,20 +75,19 @@ def run(
     Examples:
       lariat bench perception instances --only plain 3 --pictures 100
       lariat bench perception instances --photographs ~/cables
-      lariat bench perception instances --fit 120 --photographs ~/cables --diagram doubt.png
+      lariat bench perception instances --fit 120 --photographs ~/cables
 
     Args:
         pictures: Number of rendered pictures for each row.
         seed: First seed of the rendered pictures.
         only: Ground or number of cables of the rows to measure; all rows by default.
         photographs: Folder of labelled photographs to measure in place of rendered pictures.
-        diagram: Image file to write: stated doubt against the share of wrong answers.
-        fit: Number of pictures of the tuning generator; prints coefficients of the judge fitted to
-            them and to the photographs, and what it states about those that it was not fitted to.
-        json: Print one JSON object instead of a table.
+        fit: Number of rendered pictures with seeds of their own; prints coefficients of the judge
+            fitted to them and to the photographs, and what it states about those that it was not
+            fitted to.
     """
     if fit:
-        return _fitted(fit, photographs, diagram)
+        return _fitted(fit, photographs)
     source = _rendered(pictures, seed, only) if photographs is None else taken(photographs)
     trials = [_tried(*picture) for picture in source]
     if not trials:
@@ -99,26 +96,24 @@ def run(
             where = f"{photographs}: no picture has its {LABEL_SUFFIX} or masks beside it"
         raise ConfigurationError(where)
     rows = [_figures(name, trials) for name in dict.fromkeys(t.row for t in trials)]
-    if diagram is not None:
-        draw_reliability([(t.judgement.doubt, not t.judgement.right) for t in trials], diagram)
     caption = (
-        "Shares of pictures (right number of ropes, all right), of cables (one line; mean Dice), "
+        "Shares of pictures (right number of ropes, all right), of cables (one line), "
         "of wrong and right answers (doubted); no plant: the curves are drawn; ms: processor time."
     )
-    report(rows, caption, json=json)
+    options.publish(Result("rows", rows, caption))
     return 0
 
 
 def _rendered(
     count: int, seed: int, only: tuple[str, ...]
 ) -> Iterator[tuple[str, UInt8[np.ndarray, "h w 3"], UInt8[np.ndarray, "h w"]]]:
-    """Rows, pictures and labels of the held-out generator."""
+    """Rows, rendered pictures and labels."""
     for ground in GROUNDS:
         for cables in CABLE_COUNTS:
             if not set(only) <= {ground, str(cables)}:
                 continue
             for k in range(count):
-                picture = held_out_picture(seed + k, cables, ground)
+                picture = rendered_picture(seed + k, cables, ground)
                 yield f"{ground}, {cables}", picture.color, picture.labels
     if set(only) <= {"none"}:
         for name in WITHOUT_ROPE:
@@ -177,7 +172,6 @@ def _figures(name: str, trials: list[Trial]) -> dict[str, Any]:
         "count": len(own),
         "right_number": float(np.mean([j.right_number for j in judged])),
         "one_line": _mean(np.concatenate([j.one_line for j in judged])),
-        "dice": _mean(np.concatenate([j.dice for j in judged])),
         "right": float(np.mean(right)),
         "wrong_doubted": float(np.mean(doubted[~right])) if np.any(~right) else 1.0,
         "right_doubted": float(np.mean(doubted[right])) if np.any(right) else 0.0,
@@ -190,7 +184,7 @@ def _mean(shares: np.ndarray) -> float:
     return float(np.mean(shares)) if len(shares) else 1.0
 
 
-def _fitted(count: int, photographs: Path | None, diagram: Path | None) -> int:
+def _fitted(count: int, photographs: Path | None) -> int:
     """Print coefficients of the judge, and what it states about pictures it was not fitted to."""
     rendered = []
     # Three more without cables for every four pictures.
@@ -200,7 +194,7 @@ def _fitted(count: int, photographs: Path | None, diagram: Path | None) -> int:
             cables = FIT_COUNTS[(k // len(FIT_GROUNDS)) % len(FIT_COUNTS)]
             seed = FIRST_FIT_SEED + k
         print(f"\rpicture {k + 1}", end="", file=sys.stderr)
-        picture = tuning_picture(seed, cables, ground)
+        picture = rendered_picture(seed, cables, ground)
         row = f"rendered, {ground}" if cables else "rendered, none"
         rendered.append(calibration.sample(row, picture.color, picture.labels))
     labelled = [] if photographs is None else list(taken(photographs))
@@ -212,8 +206,6 @@ def _fitted(count: int, photographs: Path | None, diagram: Path | None) -> int:
     order = np.random.default_rng(0).permutation(len(weighed))
     samples, weights = zip(*(weighed[k] for k in order), strict=True)
     stated = calibration.cross_validated(list(samples), list(weights))
-    if diagram is not None:
-        draw_reliability([(s.doubt, s.wrong) for s in stated], diagram)
     for row in sorted({s.row for s in stated}):
         own = [s for s in stated if s.row == row]
         wrong = [s.doubt > DOUBTFUL for s in own if s.wrong]

@@ -1,9 +1,8 @@
 """Calibration of the judge: logistic models fitted to what was right in pictures.
 
-The rendered pictures are those of the tuning generator, with seeds that nothing else was tuned on;
-photographs weigh as much as they. The fitted coefficients are copied into
-lariat/perception/image/p_wrong.py. What the judge states about a picture that it was not fitted to
-is found by cross-validation.
+The rendered pictures have seeds that nothing else was tuned on; photographs weigh as much as they.
+The fitted coefficients are copied into lariat/perception/image/p_wrong.py. What the judge states
+about a picture that it was not fitted to is found by cross-validation.
 """
 
 from __future__ import annotations

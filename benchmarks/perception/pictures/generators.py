@@ -1,26 +1,16 @@
-"""Two generators of labelled pictures: one to tune on, one for figures.
+"""Generator of labelled pictures, for figures and, with other seeds, for the judge's fit.
 
-They share the renderer, but neither curves nor colours; light and camera of the one for tuning are
-at least as bad, since doubt is fitted to answers that are wrong:
-
-| | tuning | held out |
-|---|---|---|
-| axes | random Fourier series of the heading | splines through random points, arcs and loops |
-| heights | random smooth functions | whole cables above others, or woven |
-| colours | full hues | measured hues of sheaths, pastel and dark ones |
-| light | any direction, soft to hard shadow, gloss | any direction, hard or no shadow, gloss |
-| ground | plain, wood, cloth | plain, wood, cloth, of other colours and periods |
-| camera | motion, noise to 9 levels, JPEG 40 to 95 | motion, noise to 8 levels, JPEG 50 to 95 |
+The network is trained on pictures of another generator, which shares the renderer and the kinds of
+grounds alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Literal
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Float64
 from scipy.interpolate import CubicSpline
 
 from benchmarks.perception.pictures import grounds
@@ -64,8 +54,8 @@ SHEATHS: tuple[Color, ...] = (
     (150, 156, 160),
     (250, 170, 150),
 )
-"""Colours of sheaths in the held-out pictures."""
-HELD_OUT_GROUNDS: tuple[Color, ...] = (
+"""Colours of sheaths."""
+GROUNDS: tuple[Color, ...] = (
     (18, 18, 20),
     (40, 44, 48),
     (205, 205, 200),
@@ -74,59 +64,19 @@ HELD_OUT_GROUNDS: tuple[Color, ...] = (
     (120, 104, 88),
     (88, 110, 150),
 )
-"""Colours of the ground in the held-out pictures."""
+"""Colours of the ground."""
 
 
-def tuning_picture(seed: int, cable_count: int, ground: Ground) -> LabelledPicture:
-    """Return a picture for tuning."""
-    random = np.random.default_rng((1, seed))
-    base = _hue(random, random.uniform(0.0, 0.5), random.uniform(20.0, 240.0))
-    width = random.uniform(8.0, 20.0)
-    axes = _apart(random, cable_count, width, _fourier_axis)
-    colors = _colors(random, cable_count, base, lambda: _full_hue(random))
-    cables = []
-    for axis, color in zip(axes, colors, strict=True):
-        s = np.linspace(0.0, 1.0, len(axis))
-        height = 1.5 + sum(
-            random.normal(0.0, 0.5) * np.cos(np.pi * k * s + random.uniform(0.0, 6.0))
-            for k in range(1, 6)
-        )
-        stripes = _full_hue(random) if random.random() < 0.08 else None
-        cables.append(Cable(axis, np.maximum(height, 0.0), width, color, stripes))
-    azimuth = random.uniform(0.0, 6.28)
-    lighting = Lighting(
-        _unit(np.cos(azimuth), np.sin(azimuth), random.uniform(0.5, 2.0)),
-        ambient=random.uniform(0.1, 0.7),
-        gloss=random.uniform(0.0, 180.0),
-        gloss_exponent=random.uniform(10.0, 120.0),
-        shadow=random.uniform(0.0, 0.6),
-        shadow_blur=random.uniform(0.05, 0.9),
-    )
-    if ground == "plain":
-        surface = grounds.plain_ground(random, PICTURE_SIZE, base, random.uniform(0.0, 0.03))
-    elif ground == "real":
-        makers = (grounds.boards, grounds.printed, grounds.cloth)
-        surface = makers[int(random.integers(3))](random, PICTURE_SIZE, base)
-        grounds.add_edges(random, surface)
-    else:
-        made = random.choice(["wood", "cloth"])
-        surface = (grounds.wood if made == "wood" else grounds.cloth)(random, PICTURE_SIZE, base)
-        grounds.add_things(random, surface, int(random.integers(2, 7)))
-    blur, motion = random.uniform(0.4, 1.5), random.uniform(0.0, 3.5)
-    noise = random.uniform(1.0, 9.0)
-    return _photographed(surface, cables, lighting, random, blur, motion, noise, (40, 95))
+def rendered_picture(seed: int, cable_count: int, ground: Ground) -> LabelledPicture:
+    """Return a picture; some ranges of seeds have served for tuning.
 
-
-def held_out_picture(seed: int, cable_count: int, ground: Ground) -> LabelledPicture:
-    """Return a picture for figures; some ranges of seeds have served for tuning.
-
-    These are 5200 to 5319, 6100 to 6119 and 7000 to 8039.
+    These are 5200 to 5319, 6100 to 6119, 7000 to 8039, and those from 100,000 on.
     """
     random = np.random.default_rng((2, seed))
-    base = HELD_OUT_GROUNDS[int(random.integers(len(HELD_OUT_GROUNDS)))]
+    base = GROUNDS[int(random.integers(len(GROUNDS)))]
     width = random.uniform(7.0, 24.0)
-    axes = _apart(random, cable_count, width, _spline_axis)
-    colors = _colors(random, cable_count, base, lambda: SHEATHS[int(random.integers(len(SHEATHS)))])
+    axes = _apart(random, cable_count, width)
+    colors = _colors(random, cable_count, base)
     woven = random.random() < 0.5
     cables = []
     for k, (axis, color) in enumerate(zip(axes, colors, strict=True)):
@@ -146,29 +96,20 @@ def held_out_picture(seed: int, cable_count: int, ground: Ground) -> LabelledPic
     )
     if ground == "plain":
         surface = grounds.plain_ground(random, PICTURE_SIZE, base, random.uniform(0.0, 0.05))
+    elif ground == "real":
+        makers = (grounds.boards, grounds.printed, grounds.cloth)
+        surface = makers[int(random.integers(3))](random, PICTURE_SIZE, base)
+        grounds.add_edges(random, surface)
     else:
         makers = (grounds.wood, grounds.cloth)
         surface = makers[int(random.integers(2))](random, PICTURE_SIZE, base)
         grounds.add_things(random, surface, int(random.integers(3, 9)))
     blur, motion = random.uniform(0.5, 1.3), random.uniform(0.0, 3.0)
     noise = random.uniform(2.0, 8.0)
-    return _photographed(surface, cables, lighting, random, blur, motion, noise, (50, 95))
-
-
-def _photographed(
-    surface: Float32[np.ndarray, "h w 3"],
-    cables: list[Cable],
-    lighting: Lighting,
-    random: np.random.Generator,
-    blur: float,
-    motion: float,
-    noise: float,
-    qualities: tuple[int, int],
-) -> LabelledPicture:
     picture, labels = surface, np.zeros(surface.shape[:2], np.uint8)
     if cables:
         picture, labels = paint_cables(surface, cables, lighting)
-    quality = int(random.integers(*qualities))
+    quality = int(random.integers(50, 95))
     color = as_photograph(picture, random, blur, motion, noise, quality)
     return LabelledPicture(color, labels, tuple(cables))
 
@@ -178,28 +119,16 @@ def _unit(x: float, y: float, z: float) -> tuple[float, float, float]:
     return x / length, y / length, z / length
 
 
-def _hue(random: np.random.Generator, saturation: float, value: float) -> Color:
-    hsv = np.array([[[random.integers(180), 255 * saturation, value]]]).astype(np.uint8)
-    red, green, blue = cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)[0, 0].tolist()
-    return red, green, blue
-
-
-def _full_hue(random: np.random.Generator) -> Color:
-    return _hue(random, random.choice([0.05, random.uniform(0.5, 1.0)]), random.uniform(60, 250))
-
-
 def _lab(color: Color) -> Float64[np.ndarray, "3"]:
     return cv2.cvtColor(np.array([[color]], np.uint8), cv2.COLOR_RGB2LAB)[0, 0].astype(float)
 
 
-def _colors(
-    random: np.random.Generator, count: int, ground: Color, draw: Callable[[], Color]
-) -> list[Color]:
+def _colors(random: np.random.Generator, count: int, ground: Color) -> list[Color]:
     """Colours that differ from the ground, and from each other unless all are the same."""
     same = random.random() < SAME_COLOR_SHARE
     chosen: list[Color] = []
     while len(chosen) < count:
-        color = draw()
+        color = SHEATHS[int(random.integers(len(SHEATHS)))]
         if np.linalg.norm(_lab(color) - _lab(ground)) < MIN_GROUND_CONTRAST:
             continue
         if same and chosen:
@@ -211,10 +140,7 @@ def _colors(
 
 
 def _apart(
-    random: np.random.Generator,
-    count: int,
-    width: float,
-    draw: Callable[[np.random.Generator], Float64[np.ndarray, "k 2"]],
+    random: np.random.Generator, count: int, width: float
 ) -> list[Float64[np.ndarray, "k 2"]]:
     """Axes that a person could tell apart: no sharp bends, no end on a cable, no flat crossing."""
     axes: list[Float64[np.ndarray, "k 2"]] = []
@@ -223,7 +149,7 @@ def _apart(
         tries += 1
         if tries > 400:
             axes, tries = [], 0
-        axis = draw(random)
+        axis = _spline_axis(random)
         if _bend_radius(axis) < MIN_BEND_RADIUS * width or not _in_one_piece(axis, width):
             continue
         if _separable([*axes, axis], width):
@@ -274,20 +200,6 @@ def _separable(axes: list[Float64[np.ndarray, "k 2"]], width: float) -> bool:
             if np.any(inside & (sine < np.sin(MIN_CROSSING_ANGLE))):
                 return False
     return True
-
-
-def _fourier_axis(random: np.random.Generator) -> Float64[np.ndarray, "k 2"]:
-    """Axis whose heading is a random Fourier series, scaled into the picture."""
-    s = np.linspace(0.0, 1.0, 1500)
-    heading = np.full_like(s, random.uniform(0.0, 6.28))
-    for k in (1, 2, 3, 4):
-        heading += random.normal(0.0, 1.8 / k) * np.cos(np.pi * k * s + random.uniform(0.0, 3.0))
-    path = np.cumsum(np.stack([np.cos(heading), np.sin(heading)], axis=1), axis=0)
-    low, high = path.min(axis=0), path.max(axis=0)
-    size = np.array(PICTURE_SIZE)
-    middle = size / 2.0 + random.uniform(-0.15, 0.15, 2) * size
-    scale = random.uniform(0.6, 1.0) * float(np.min(size / (high - low)))
-    return _pixel_steps((path - (low + high) / 2.0) * scale + middle)
 
 
 def _spline_axis(random: np.random.Generator) -> Float64[np.ndarray, "k 2"]:

@@ -27,34 +27,34 @@ MAX_MARGIN = 2.0
 MAX_LOG_ODDS = 6.0
 """Limit of the log odds of a rope among the features of its image [-]."""
 BACKGROUND_COEFFICIENTS = (
-    4.2188,
-    -1.1683,
-    3.2816,
-    0.7223,
-    -0.1116,
-    -0.2772,
-    1.8323,
-    0.7913,
-    0.5845,
-    2.6785,
-    0.8475,
+    4.4815,
+    -1.5759,
+    2.6240,
+    1.7564,
+    0.1909,
+    0.2243,
+    1.7845,
+    1.0615,
+    0.7563,
+    3.3955,
+    -0.4914,
 )
 """Intercept, and one coefficient for each feature of a line, of the odds that it is no rope."""
 ROPE_COEFFICIENTS = (
-    2.5374,
-    -0.3842,
-    11.1438,
-    0.1206,
-    1.7936,
-    -1.1151,
-    2.0841,
-    -2.6194,
-    0.0082,
-    2.9222,
-    -0.9694,
+    3.1265,
+    -0.4614,
+    13.8078,
+    0.1438,
+    2.3567,
+    -1.6436,
+    4.4358,
+    -3.4451,
+    -0.3781,
+    -0.7955,
+    -0.9487,
 )
 """The same of the odds that it is not exactly one whole rope."""
-IMAGE_COEFFICIENTS = (-4.4166, 0.2633, 0.3997, -0.1046, -0.0217, 2.8073, 0.4603, -0.6357, 0.4034)
+IMAGE_COEFFICIENTS = (-1.0711, 0.4910, 0.1164, -1.8483, 0.1648, 1.4999, -0.2185, -1.0948, 0.4423)
 """Intercept, and one coefficient for each feature of an image."""
 
 

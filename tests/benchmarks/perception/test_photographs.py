@@ -9,12 +9,12 @@ import numpy as np
 
 from benchmarks.perception.network.photographs import known_mask, training_photographs
 from benchmarks.perception.network.pictures import CROP_SIDE, UNLABELLED, random_crop
-from benchmarks.perception.pictures.generators import tuning_picture
+from benchmarks.perception.pictures.generators import rendered_picture
 from lariat.perception.image.width import usual_width
 
 
 def test_nothing_is_learnt_at_the_edge_of_a_mask_and_at_cables_without_one() -> None:
-    picture = tuning_picture(1, 2, "plain")
+    picture = rendered_picture(1, 2, "plain")
     own, other = ((picture.labels == k).view(np.uint8) for k in (1, 2))
     known = known_mask(picture.color, own)
     kernel = np.ones((3, 3), np.uint8)
@@ -26,7 +26,7 @@ def test_nothing_is_learnt_at_the_edge_of_a_mask_and_at_cables_without_one() -> 
 
 
 def test_a_mask_beside_a_cable_that_is_seen_is_not_believed() -> None:
-    picture = tuning_picture(1, 1, "plain")
+    picture = rendered_picture(3, 1, "plain")
     cable = (picture.labels > 0).view(np.uint8)
     mask = np.roll(cable, round(0.8 * usual_width(cable)), axis=(0, 1))
     known = known_mask(picture.color, mask)
@@ -35,7 +35,7 @@ def test_a_mask_beside_a_cable_that_is_seen_is_not_believed() -> None:
 
 
 def test_every_second_photograph_by_name_is_learnt_from(tmp_path: Path) -> None:
-    pictures = [tuning_picture(k, 1, "plain") for k in range(3)]
+    pictures = [rendered_picture(k, 1, "plain") for k in range(3)]
     for name, picture in zip("cab", pictures, strict=True):
         cv2.imwrite(str(tmp_path / f"{name}.png"), picture.color[..., ::-1])
         cv2.imwrite(str(tmp_path / f"{name}.labels.png"), picture.labels)

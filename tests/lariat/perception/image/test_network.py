@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from benchmarks.perception.network.pictures import CROP_SIDE, CROPS_PER_PICTURE, training_crops
-from benchmarks.perception.pictures.generators import Ground, held_out_picture
+from benchmarks.perception.pictures.generators import Ground, rendered_picture
 from lariat.perception.image import network
 
 
 @pytest.mark.parametrize(("seed", "ground"), [(7000, "plain"), (7001, "plain"), (7002, "clutter")])
 def test_network_tells_ropes_from_shadows_and_things(seed: int, ground: Ground) -> None:
-    picture = held_out_picture(seed, 2, ground)
+    picture = rendered_picture(seed, 2, ground)
     seen = network.rope_log_odds(picture.color) > 0.0
     truth = picture.labels > 0
     assert seen.shape == truth.shape

@@ -12,12 +12,8 @@ from jaxtyping import Float64
 from benchmarks.campaign import Trial
 from benchmarks.narrow.scenes import Family, PlantModel, sample_scene
 from lariat.geometry import polylines, poses
-from lariat.geometry.swept_clearance import swept_clearance
 from lariat.scenario import Scenario
-from lariat.simulation.plants.end_motion import EndMotion
-from lariat.simulation.world import World
 from services.planner.service import PlannerService
-from services.sim.service import SimService
 from shared import topics
 from shared.messages import FAILED
 from shared.runtime.service import Inbox, Publication, Service
@@ -52,37 +48,41 @@ def run_trial(spec: WaySpec) -> Trial:
     """Sample a scene and run it in closed loop.
 
     Raises:
+        RuntimeError: The run did not start.
         ValueError: The plant could not verify a hidden way.
     """
     scene = sample_scene(
         spec.family, spec.number, spec.seed, spec.gap, spec.stiffness_error, spec.plant
     )
     scenario = scene.scenario
-    world, planner = MeasuredWorld(scenario), TimedPlanner(scenario)
-    members = members_with(scenario, sim=SimService(scenario, world), planner=planner)
+    planner = TimedPlanner(scenario)
+    members = members_with(scenario, planner)
     outcome = closed_loop.run(scenario, stop_after=TIME_AFTER_GOAL, members=members)
-    tip_error, tip_angle = tip_errors(world.nodes, scene.goal_nodes)
-    shape_error = polylines.mean_node_distance(world.nodes, scene.goal_nodes)
+    if not outcome.scorer.ropes:
+        raise RuntimeError(f"{scenario.name} did not start: {outcome.reason}")
+    score, nodes = outcome.score, outcome.scorer.ropes[-1]
+    tip_error, tip_angle = tip_errors(nodes, scene.goal_nodes)
+    shape_error = polylines.mean_node_distance(nodes, scene.goal_nodes)
     task = outcome.stack.latest(topics.TASK_STATE)
     return {
-        "reached": at_goal(tip_error, tip_angle, shape_error) and world.clearance > 0.0,
+        "reached": at_goal(tip_error, tip_angle, shape_error) and not score.contact_time_s,
         "gave_up": task is not None and task.state == FAILED,
         "plan_cpu_s": planner.plan_cpu_s,
-        "min_clearance_mm": 1e3 * world.clearance,
+        "min_clearance_mm": score.min_clearance_mm,
         "hidden_clearance_mm": 1e3 * scene.hidden_clearance,
         "tip_error_mm": 1e3 * tip_error,
         "tip_angle": tip_angle,
         "shape_error_mm": 1e3 * shape_error,
-        "run_s": outcome.score.sim_s,
-        "replans": outcome.score.replans,
+        "run_s": score.sim_s,
+        "replans": score.replans,
         "reason": outcome.reason,
     }
 
 
-def members_with(scenario: Scenario, **measuring: Service) -> tuple[Service, ...]:
-    """Return the services of a cell, some of them replaced by name."""
+def members_with(scenario: Scenario, planner: Service) -> tuple[Service, ...]:
+    """Return the services of a cell with a planner in place of its own."""
     return tuple(
-        measuring.get(name) or services.build(name, scenario, session_id(name))
+        planner if name == "planner" else services.build(name, scenario, session_id(name))
         for name in services.NAMES
     )
 
@@ -101,26 +101,6 @@ def tip_errors(
     edges = [poses.normalized(chain[[1, -1]] - chain[[0, -2]]) for chain in (nodes, goal)]
     angles = np.arccos(np.clip(np.sum(edges[0] * edges[1], axis=1), -1.0, 1.0))
     return float(apart.mean()), float(angles.mean())
-
-
-class MeasuredWorld(World):
-    """Simulated lab that measures the clearance of the true rope from one arm state to the next.
-
-    Between two of them, 8 ms apart, the nodes move in straight lines.
-    """
-
-    def __init__(self, scenario: Scenario) -> None:
-        super().__init__(scenario)
-        self._radius = scenario.plant_rope.diameter / 2.0
-        self.clearance = np.inf
-        """Least distance between the surfaces of rope and obstacles [m]."""
-
-    def advance(self, left: EndMotion, right: EndMotion, instant: int) -> None:
-        """Move the grips to their new motion and the rope with them."""
-        before = self.nodes
-        super().advance(left, right, instant)
-        chains = np.stack([before, self.nodes])
-        self.clearance = min(self.clearance, swept_clearance(chains, self._radius, self.obstacles))
 
 
 class TimedPlanner(PlannerService):

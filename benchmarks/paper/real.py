@@ -37,16 +37,13 @@ TIME_AFTER_GOAL = 1.5
 
 @dataclass(frozen=True)
 class Experiment:
-    """Rope, goal, belief and camera of a run."""
+    """Rope, goal and belief of a run."""
 
     rope: str
     goal: int
     belief: float
     """Believed stiffness relative to the true one [-]."""
     adapt: bool
-    resolution: tuple[int, int] = (640, 480)
-    depth_noise: float = 0.0015
-    time_limit: float = 15.0
 
     @property
     def scenario(self) -> Scenario:
@@ -58,18 +55,12 @@ class Experiment:
             f"goal.nodes=goals/{self.rope}-{self.goal}.csv",
             f"rope.youngs_modulus={self.belief * true}",
             f"control.adapt={str(self.adapt).lower()}",
-            f"sensing.resolution={list(self.resolution)}",
-            f"sensing.depth_noise={self.depth_noise}",
-            f"run.time_limit={self.time_limit}",
         )
         return load_with(path, settings)
 
 
 def run(
     beliefs: tuple[float, ...] = (0.25, 4.0),
-    resolution: tuple[int, int] = (640, 480),
-    depth_noise: float = 0.0015,
-    time_limit: float = 15.0,
     plot: Path | None = None,
     options: Flat[CampaignOptions] = CAMPAIGN_DEFAULTS,
 ) -> int:
@@ -80,13 +71,10 @@ def run(
 
     Examples:
       lariat bench paper real --plot docs/results/real/adaptation.png
-      lariat bench paper real --beliefs 0.25 --time-limit 5
+      lariat bench paper real --beliefs 0.25
 
     Args:
         beliefs: Believed stiffness relative to the true one [-].
-        resolution: Width and height of the camera's images [pixels].
-        depth_noise: Standard deviation of a depth pixel [m].
-        time_limit: Duration of each run [s].
         plot: File for the error over time, after Fig. 9 (right), a PNG.
 
     Returns:
@@ -94,7 +82,7 @@ def run(
         goal and touches nothing; else 1.
     """
     specs = [
-        Experiment(rope, goal, belief, adapt, resolution, depth_noise, time_limit)
+        Experiment(rope, goal, belief, adapt)
         for rope, belief, goal, adapt in product(PAPER_ERRORS, beliefs, GOALS, (True, False))
     ]
     done = options.trials(run_experiment, specs)

@@ -117,7 +117,7 @@ def run_trial(spec: BoardSpec) -> Trial:
     """Lay a cable on a board: within tolerance of its goal, and held by all clips."""
     scenario = spec.scenario
     planner = TimedPlanner(scenario)
-    members = members_with(scenario, planner=planner)
+    members = members_with(scenario, planner)
     outcome = closed_loop.run(scenario, stop_after=TIME_AFTER_GOAL, members=members)
     score = outcome.score
     return {

@@ -22,10 +22,9 @@ def finished(rope: str, goal: int, error_mm: float, reached_s: float | None = 2.
 
 @pytest.mark.parametrize("rope", PAPER_ERRORS)
 def test_controller_believes_a_multiple_of_the_true_stiffness(rope: str) -> None:
-    cell = Experiment(rope, 2, 4.0, False, (320, 240), 0.002, 5.0).scenario
+    cell = Experiment(rope, 2, 4.0, False).scenario
     assert cell.rope.youngs_modulus == pytest.approx(4.0 * cell.plant_rope.youngs_modulus)
     assert cell.sensing.source == "camera"
-    assert cell.sensing.resolution == (320, 240)
     assert not cell.control.adapt
 
 

@@ -29,7 +29,7 @@ from lariat.perception.image.p_wrong import DOUBTFUL
 
 CABLE_COUNTS = (1, 2, 3)
 """Numbers of cables in the rendered pictures."""
-GROUNDS: tuple[Ground, Ground] = ("plain", "clutter")
+GROUNDS: tuple[Ground, ...] = ("plain", "clutter", "real")
 """Grounds of the rendered pictures."""
 WITHOUT_ROPE = (
     *("brick", "coins", "page", "cat", "grass", "gravel", "text", "clock", "moon", "astronaut"),
@@ -38,9 +38,8 @@ WITHOUT_ROPE = (
 """Photographs of scikit-image without a rope: for judging only, nothing is fitted to them."""
 FIRST_FIT_SEED, FIRST_EMPTY_SEED = 100_000, 200_000
 """First seeds of the pictures for the fit, and of those without cables; figures use lower ones."""
-FIT_GROUNDS: tuple[Ground, ...] = ("plain", "clutter", "real")
 FIT_COUNTS = (1, 2, 0, 3)
-"""Grounds and numbers of cables of the pictures for the fit, in turn."""
+"""Numbers of cables of the pictures for the fit, in turn."""
 LABEL_SUFFIX = ".labels.png"
 """Ending of the file with the labels of a photograph."""
 MASK_SUFFIX = "_mask_*.png"
@@ -91,7 +90,9 @@ def run(
     source = _rendered(pictures, seed, only) if photographs is None else taken(photographs)
     trials = [_tried(*picture) for picture in source]
     if not trials:
-        where = f"no row has all of {', '.join(only)}; there are plain, clutter, 1, 2, 3, none"
+        where = (
+            f"no row has all of {', '.join(only)}; there are plain, clutter, real, 1, 2, 3, none"
+        )
         if photographs is not None:
             where = f"{photographs}: no picture has its {LABEL_SUFFIX} or masks beside it"
         raise ConfigurationError(where)
@@ -189,9 +190,9 @@ def _fitted(count: int, photographs: Path | None) -> int:
     rendered = []
     # Three more without cables for every four pictures.
     for k in range(count + 3 * count // 4):
-        ground, cables, seed = FIT_GROUNDS[k % len(FIT_GROUNDS)], 0, FIRST_EMPTY_SEED + k - count
+        ground, cables, seed = GROUNDS[k % len(GROUNDS)], 0, FIRST_EMPTY_SEED + k - count
         if k < count:
-            cables = FIT_COUNTS[(k // len(FIT_GROUNDS)) % len(FIT_COUNTS)]
+            cables = FIT_COUNTS[(k // len(GROUNDS)) % len(FIT_COUNTS)]
             seed = FIRST_FIT_SEED + k
         print(f"\rpicture {k + 1}", end="", file=sys.stderr)
         picture = rendered_picture(seed, cables, ground)

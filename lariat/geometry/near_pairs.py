@@ -37,7 +37,6 @@ def near_pairs(
     points: Float64[np.ndarray, "p 3"],
     obstacles: Sequence[Obstacle],
     reach: Float64[np.ndarray, "p"],
-    computed: Float64[np.ndarray, "o p"] | None = None,
 ) -> NearPairs:
     """Return all pairs of a point and an obstacle closer than the reach of the point.
 
@@ -47,16 +46,15 @@ def near_pairs(
         points: Points in the world frame [m].
         obstacles: Obstacles of the scene.
         reach: Distance below which a pair is returned, for each point [m].
-        computed: Signed distances of all points from each obstacle, where known already [m].
     """
     indices, distances, outward = [], [], []
     if not len(points):
         return NO_PAIRS
     box, farthest = bounding_box(points), float(np.max(reach))
-    for k, obstacle in enumerate(obstacles):
+    for obstacle in obstacles:
         if out_of_reach(box, obstacle, farthest):
             continue
-        distance = signed_distance(points, obstacle) if computed is None else computed[k]
+        distance = signed_distance(points, obstacle)
         (inside,) = np.nonzero(distance < reach)
         if len(inside):
             indices.append(inside)

@@ -2,70 +2,44 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.refinement import distinct, is_clear, refined_path
 from lariat.planning.seeds import seed_paths
-from lariat.planning.settings import PLANNER_SETTINGS, PlannerSettings
 from lariat.planning.whole_path import plan
 
-
-@dataclass(frozen=True)
-class AlternativeSettings:
-    """Effort, and the difference of two paths."""
-
-    max_refined: int = 8
-    """Largest number of initial guesses that are refined."""
-    min_difference: float = 0.05
-    """Distance of the rope's middle somewhere along two paths, from each other's nearest place,
-    above which they are different [m]."""
-    max_duration_ratio: float = 3.0
-    """Duration, relative to the shortest one, above which a path is left out [-]."""
+MAX_GUESSES = 8
+"""Largest number of seed paths that are refined."""
+MIN_DIFFERENCE = 0.05
+"""Distance of the rope's middle somewhere along two paths, from each other's nearest place,
+above which they are different [m]."""
+MAX_DURATION_RATIO = 3.0
+"""Duration, relative to the shortest one, above which a path is left out [-]."""
 
 
-ALTERNATIVE_SETTINGS = AlternativeSettings()
-"""Default settings of the search for alternatives."""
-
-
-def alternative_paths(
-    problem: Problem,
-    most: int,
-    settings: AlternativeSettings = ALTERNATIVE_SETTINGS,
-    effort: PlannerSettings = PLANNER_SETTINGS,
-) -> list[WholePath]:
+def alternative_paths(problem: Problem, most: int) -> list[WholePath]:
     """Return different clear paths to the goal, ranked: the most clearance first.
 
     Clearance beyond the wanted one does not count; of paths with the same clearance the one that
     takes less time comes first, then the one along which the grips travel less. The path that
     `lariat.planning.whole_path.plan` finds, or a better one like it, is among them; where it does
     not reach the goal it is the only one.
-
-    Args:
-        problem: Planning problem.
-        most: Largest number of paths.
-        settings: Effort, and the difference of two paths.
-        effort: Effort of the planner.
     """
-    first = plan(problem, effort)
+    first = plan(problem)
     if not first.reached:
         return [first]
     optimizer = PathOptimizer(problem)
-    guesses = optimizer.evaluate(seed_paths(problem, optimizer.settings.blocks))
-    guesses = distinct(sorted(guesses, key=lambda guess: guess.cost), effort)
-    clear_paths = [first]
-    for guess in guesses[: settings.max_refined]:
-        path = refined_path(problem, optimizer, guess, effort)
-        if path.reached and is_clear(path, optimizer):
-            clear_paths.append(path)
-    shortest = min(duration(path) for path in clear_paths)
+    guesses = [optimizer.translated(seed) for seed in seed_paths(problem)]
+    guesses = distinct(sorted(guesses, key=lambda guess: guess.cost))[:MAX_GUESSES]
+    others = [refined_path(problem, optimizer, guess) for guess in guesses]
+    paths = [first, *(path for path in others if path.reached and is_clear(path, optimizer))]
+    shortest = min(duration(path) for path in paths)
     ranked: list[WholePath] = []
-    for path in sorted(clear_paths, key=lambda path: _rank(path, optimizer.wanted_clearance)):
-        short = path is first or duration(path) <= settings.max_duration_ratio * shortest
-        if short and all(difference(path, k) > settings.min_difference for k in ranked):
+    for path in sorted(paths, key=lambda path: _rank(path, optimizer.wanted_clearance)):
+        short = path is first or duration(path) <= MAX_DURATION_RATIO * shortest
+        if short and all(difference(path, k) > MIN_DIFFERENCE for k in ranked):
             ranked.append(path)
     return ranked[:most]
 
@@ -82,12 +56,7 @@ def travel(path: WholePath) -> float:
 
 
 def difference(first: WholePath, second: WholePath) -> float:
-    """Return how far the rope's middle is on one path from anywhere it is on the other [m].
-
-    Args:
-        first: Path.
-        second: Other path.
-    """
+    """Return how far the rope's middle is on one path from anywhere it is on the other [m]."""
     middle = first.nodes.shape[1] // 2
     apart = np.linalg.norm(first.nodes[:, None, middle] - second.nodes[None, :, middle], axis=2)
     return float(max(np.max(np.min(apart, axis=0)), np.max(np.min(apart, axis=1))))

@@ -103,12 +103,7 @@ def scenario_problem(scenario: Scenario) -> Problem:
 
 
 def scenario_departure(scenario: Scenario, problem: Problem) -> Departure:
-    """Return the path on which a run of the scenario departs, in seconds after its start.
-
-    Args:
-        scenario: Scenario.
-        problem: Its problem.
-    """
+    """Return the path on which a run of the scenario departs, in seconds after its start."""
     _, moving = divided(scenario.bodies, scenario.obstacle_motions(), 0.0)
     if not moving:
         return Departure(plan(problem), 0.0, np.inf)

@@ -1,4 +1,4 @@
-"""Collision check of a timed path: clearance of rope and grippers, and between the grippers."""
+"""Check of a timed path: clearance of rope and grippers, between the grippers, and tension."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ from lariat.geometry.grippers import axis_spacing, gripper_axis_distance, swept_
 from lariat.geometry.obstacles import signed_distance
 from lariat.geometry.swept_clearance import sweep_step, swept_clearance
 from lariat.planning.problem import Problem
+from lariat.rod.strains import tensions
 from lariat.safety.motion_contract import CHUNK_BOUNDARY_MARGIN
+
+MIN_CLEARANCE = 0.005
+"""Clearance below which a path is blocked [m], unless start or goal have less."""
+CLEARANCE_TOLERANCE = 5e-4
+"""Lack of clearance that is accepted [m]."""
 
 
 def path_clearance(
@@ -20,10 +26,10 @@ def path_clearance(
 ) -> float:
     """Return the least distance of rope and grippers from all obstacles along a path [m].
 
-    The motion between two points counts too, so that nothing jumps over a thin body.
+    The motion between two points counts too, so that nothing jumps over a thin body. Where the
+    grippers come too close to each other, it is what they lack, negative.
 
     Args:
-        problem: Obstacles, and sizes of rope and grippers.
         positions: Positions of the grips [m].
         orientations: Orientations of the grips, wxyz.
         nodes: Nodes of the rope [m].
@@ -35,7 +41,37 @@ def path_clearance(
     least = swept_clearance(nodes, problem.radius, problem.obstacles)
     for obstacle in problem.solid:
         least = min(least, np.min(signed_distance(bodies, obstacle)) - limits.gripper_radius)
-    return float(least)
+    overlap = gripper_overlap(problem, positions, orientations)
+    return -overlap if overlap > 0.0 else float(least)
+
+
+def fault_on_the_way(
+    problem: Problem,
+    positions: Float64[np.ndarray, "t 2 3"],
+    orientations: Float64[np.ndarray, "t 2 4"],
+    nodes: Float64[np.ndarray, "t n 3"],
+    clearance: float,
+    least: float,
+) -> str:
+    """Return in words why a timed path cannot be gone; empty where it can.
+
+    Args:
+        clearance: Its clearance [m]; other arguments as in `path_clearance`.
+        least: Clearance that it needs [m].
+    """
+    overlap = gripper_overlap(problem, positions, orientations)
+    if overlap > 0.0:
+        return f"the grippers come {1e3 * overlap:.1f} mm too close to each other"
+    limit = problem.limits.tension
+    tension = float(np.max(tensions(nodes, problem.rod.properties)))
+    if limit is not None and tension > limit:
+        return f"the rope is pulled with {tension:.2f} N (limits.tension = {limit:g} N)"
+    if clearance < least - CLEARANCE_TOLERANCE:
+        return (
+            f"rope or grippers come within {1e3 * clearance:.1f} mm of an obstacle "
+            f"({1e3 * least:.1f} mm needed)"
+        )
+    return ""
 
 
 def _densified(

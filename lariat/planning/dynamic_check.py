@@ -8,7 +8,6 @@ from jaxtyping import Float64
 from lariat.geometry import poses
 from lariat.planning.problem import Problem
 from lariat.rod import RolloutSpec
-from lariat.rod.strains import tensions
 
 ROD_SUBSTEPS = 2
 """Number of substeps of the rod between two points of a path, sufficient for its swing."""
@@ -25,7 +24,6 @@ def simulate_path(
     """Return the nodes along a timed path, dynamics included, and the swing after it [m].
 
     Args:
-        problem: Rod, its initial state, and supports.
         positions: Positions of the grips [m].
         orientations: Orientations of the grips, wxyz.
         dt: Time between points [s].
@@ -41,17 +39,3 @@ def simulate_path(
     after = nodes[-SWING_POINTS:]
     swing = float(np.max(np.linalg.norm(after - np.mean(after, axis=0), axis=2)))
     return np.concatenate([problem.state.positions[None], nodes[:-SWING_POINTS]]), swing
-
-
-def tension_fault(problem: Problem, nodes: Float64[np.ndarray, "t n 3"]) -> str:
-    """Return in words how a path pulls the rope too much; empty where it does not.
-
-    Args:
-        problem: Rod, and limit of its tension.
-        nodes: Nodes of the rod along the path [m].
-    """
-    limit = problem.limits.tension
-    tension = float(np.max(tensions(nodes, problem.rod.properties)))
-    if limit is None or tension <= limit:
-        return ""
-    return f"the rope is pulled with {tension:.2f} N (limits.tension = {limit:g} N)"

@@ -24,11 +24,6 @@ class ExtensionPlanner:
     def __init__(self, extension: Extension, scenario: Scenario, moves: np.ndarray) -> None:
         """Create the planner of a cell.
 
-        Args:
-            extension: Its name.
-            scenario: The cell.
-            moves: Free components of each grip's velocity.
-
         Raises:
             ConfigurationError: The class cannot be imported or is no planner.
         """
@@ -44,11 +39,7 @@ class ExtensionPlanner:
         self._planner: PathPlanner = extension.create(("plan",), setup)
 
     def plan(self, problem: Problem) -> WholePath:
-        """Return the path of a problem; one that stays where the planner finds none or fails.
-
-        Args:
-            problem: Planning problem.
-        """
+        """Return the path of a problem; one that stays where the planner finds none or fails."""
         try:
             path = self._path(problem)
         except ExtensionFault as fault:

@@ -15,39 +15,30 @@ from jaxtyping import Bool, Float64
 
 from lariat.geometry.obstacles import signed_distance
 from lariat.geometry.poses import Pose
-from lariat.planning.path_optimization.optimizer import SETTINGS, PathOptimizer
+from lariat.planning.path_optimization.block_path import BLOCKS, STEP_TIME
+from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.retiming import RetimingSettings, retime
+from lariat.planning.retiming import retime
 from lariat.planning.time_parameterization import Pace
 from lariat.rod import RodState, RolloutSpec, add_turns, state_along
 
-
-@dataclass(frozen=True)
-class LandingSettings:
-    """Height above the support, and speed of the descent."""
-
-    leaning_clearance: float = 0.003
-    """Distance of a point of the goal from a support below which it leans on it [m]."""
-    hover_clearance: float = 0.012
-    """Distance from the supports at which the rope comes to rest before it is lowered [m]."""
-    lift_step: float = 0.0025
-    """Distance between the heights of the grips that are computed [m]."""
-    max_lift: float = 0.25
-    """Largest height of the grips above those of the goal [m]."""
-    fit_iterations: int = 5
-    """Largest number of Gauss-Newton iterations that fit the grips to the goal's nodes."""
-    shift_iterations: int = 10
-    """Number of iterations that find the horizontal positions of the grips at each height."""
-    pace: float = 0.5
-    """Share of the usual limits on motion that the descent uses [-]."""
-
-
-DESCENT_RETIMING = RetimingSettings(paces=(Pace(1.3, (0.16, 0.1)),))
+LEANING_CLEARANCE = 0.003
+"""Distance of a point of the goal from a support below which it leans on it [m]."""
+HOVER_CLEARANCE = 0.012
+"""Distance from the supports at which the rope comes to rest before it is lowered [m]."""
+LIFT_STEP = 0.0025
+"""Distance between the heights of the grips that are computed [m]."""
+MAX_LIFT = 0.25
+"""Largest height of the grips above those of the goal [m]."""
+FIT_ITERATIONS = 5
+"""Largest number of Gauss-Newton iterations that fit the grips to the goal's nodes."""
+SHIFT_ITERATIONS = 10
+"""Number of iterations that find the horizontal positions of the grips at each height."""
+DESCENT_SPEED_SHARE = 0.5
+"""Share of the usual limits on motion that the descent uses [-]."""
+DESCENT_PACES = (Pace(1.3, (0.16, 0.1)),)
 """Pace of the descent: ends that go aside only once the rope lies must not begin before, so that
 corners are sharp."""
-
-LANDING_SETTINGS = LandingSettings()
-"""Default settings of a landing."""
 
 
 @dataclass(frozen=True)
@@ -60,12 +51,8 @@ class Landing:
     """Positions of the rope's ends from there to the goal [m]."""
 
 
-def landing(problem: Problem, settings: LandingSettings = LANDING_SETTINGS) -> Landing | None:
+def landing(problem: Problem) -> Landing | None:
     """Return the landing of a rope on the supports of its goal.
-
-    Args:
-        problem: Planning problem.
-        settings: Height above the support.
 
     Returns:
         The landing; None where the goal leans on nothing, where an end cannot be moved, or where
@@ -73,13 +60,13 @@ def landing(problem: Problem, settings: LandingSettings = LANDING_SETTINGS) -> L
     """
     if not problem.supports or not problem.moves[:, :3].all():
         return None
-    leaning = _support_distances(problem, problem.goal.nodes) < settings.leaning_clearance
-    lying = _lying(problem, settings) if leaning.any() else None
+    leaning = _support_distances(problem, problem.goal.nodes) < LEANING_CLEARANCE
+    lying = _lying(problem) if leaning.any() else None
     if lying is None:
         return None
     state, (left, right) = lying
-    offsets, lifted = _lifted(problem, state, leaning, settings)
-    free = [np.min(_support_distances(problem, n)) >= settings.hover_clearance for n in lifted]
+    offsets, lifted = _lifted(problem, state, leaning)
+    free = [np.min(_support_distances(problem, n)) >= HOVER_CLEARANCE for n in lifted]
     if not any(free):
         return None
     top = free.index(True)
@@ -92,20 +79,8 @@ def landing(problem: Problem, settings: LandingSettings = LANDING_SETTINGS) -> L
     )
 
 
-def landed(
-    problem: Problem,
-    landing: Landing,
-    approach: WholePath,
-    settings: LandingSettings = LANDING_SETTINGS,
-) -> WholePath:
-    """Return a path to the rest above a support, and the descent from there.
-
-    Args:
-        problem: Planning problem.
-        landing: Its landing.
-        approach: Path to the goal of `landing.approach`.
-        settings: Speed of the descent.
-    """
+def landed(problem: Problem, landing: Landing, approach: WholePath) -> WholePath:
+    """Return a path to the goal of `landing.approach`, and the descent from there."""
     positions, orientations = approach.positions[-1], approach.orientations[-1]
     above = Pose(positions[0], orientations[0]), Pose(positions[1], orientations[1])
     below = tuple(
@@ -116,30 +91,21 @@ def landed(
         problem.with_goal(left=below[0], right=below[1]),
         state=_rest(problem, above, approach.nodes[-1]),
         grips=above,
-        pace=settings.pace * problem.pace,
+        pace=DESCENT_SPEED_SHARE * problem.pace,
     )
     optimizer = PathOptimizer(descent)
-    at = np.linspace(0.0, len(landing.descent) - 1.0, optimizer.settings.blocks + 1)
+    at = np.linspace(0.0, len(landing.descent) - 1.0, BLOCKS + 1)
     flat = landing.descent.reshape(len(landing.descent), 6)
     waypoints = np.stack([np.interp(at, np.arange(len(flat)), c) for c in flat.T], axis=1)
     waypoints = waypoints.reshape(-1, 2, 3)
     # The approach may end a little beside its goal.
     share = np.linspace(1.0, 0.0, len(waypoints))[:, None, None]
     waypoints = waypoints + share * (positions - waypoints[0])
-    (candidate,) = optimizer.evaluate([np.diff(waypoints, axis=0)])
-    down = retime(descent, optimizer, candidate, DESCENT_RETIMING)
-    return replace(
-        down,
-        positions=np.concatenate([approach.positions, down.positions[1:]]),
-        orientations=np.concatenate([approach.orientations, down.orientations[1:]]),
-        nodes=np.concatenate([approach.nodes, down.nodes[1:]]),
-        clearance=min(approach.clearance, down.clearance),
-    )
+    candidate = optimizer.translated(np.diff(waypoints, axis=0))
+    return retime(descent, optimizer, candidate, paces=DESCENT_PACES).after(approach)
 
 
-def _lying(
-    problem: Problem, settings: LandingSettings
-) -> tuple[RodState, tuple[Pose, Pose]] | None:
+def _lying(problem: Problem) -> tuple[RodState, tuple[Pose, Pose]] | None:
     """Rod at rest on the supports where it is nearest to the goal, and the poses of its ends."""
     try:
         state = _rest(problem, problem.feasible_goal_grips, problem.goal.nodes)
@@ -147,30 +113,29 @@ def _lying(
         # The goal's grips are further apart than the rope is long.
         return None
     near = PathOptimizer(replace(problem, state=state, grips=problem.feasible_goal_grips))
-    fitted = near.follow(np.zeros((near.settings.blocks, 2, 6)))
-    fitted = near.refine(fitted, settings.fit_iterations)
+    fitted = near.follow(np.zeros((BLOCKS, 2, 6)))
+    fitted = near.refine(fitted, FIT_ITERATIONS)
     positions, orientations = near.grips(fitted)
     left, right = (Pose(p, q) for p, q in zip(positions[-1], orientations[-1], strict=True))
     return fitted.final, (left, right)
 
 
 def _lifted(
-    problem: Problem, state: RodState, leaning: Bool[np.ndarray, "n"], settings: LandingSettings
+    problem: Problem, state: RodState, leaning: Bool[np.ndarray, "n"]
 ) -> tuple[Float64[np.ndarray, "k 3"], Float64[np.ndarray, "k n 3"]]:
     """Rope that is lifted so that its leaning points go straight up.
 
     Returns:
         Displacement of both ends [m] and nodes [m] at each height.
     """
-    step_time = SETTINGS.step_time
-    count = round(settings.max_lift / settings.lift_step)
+    count = round(MAX_LIFT / LIFT_STEP)
     offsets = np.zeros((count + 1, 3))
-    offsets[:, 2] = settings.lift_step * np.arange(count + 1)
+    offsets[:, 2] = LIFT_STEP * np.arange(count + 1)
     nodes = state.positions[None]
-    for _ in range(settings.shift_iterations):
+    for _ in range(SHIFT_ITERATIONS):
         actions = np.zeros((count, 2, 6))
-        actions[..., :3] = np.diff(offsets, axis=0)[:, None] / step_time
-        spec = RolloutSpec(state, actions, step_time, obstacles=problem.packed_supports)
+        actions[..., :3] = np.diff(offsets, axis=0)[:, None] / STEP_TIME
+        spec = RolloutSpec(state, actions, STEP_TIME, obstacles=problem.packed_supports)
         nodes = problem.rod.rollout(spec).positions
         aside = np.mean((nodes - state.positions)[:, leaning], axis=1)
         # A rope that hangs freely moves with its grips.

@@ -28,12 +28,7 @@ LAYING_PACE = Pace(1.3, (0.16, 0.1))
 
 
 def plan_laying(problem: Problem, approach: Callable[[Problem], WholePath]) -> WholePath:
-    """Return a path that lays the rope along the route of the goal.
-
-    Args:
-        problem: Planning problem whose goal has a route.
-        approach: Planner of the path to where laying begins.
-    """
+    """Return a path that lays the rope along the route of the goal, after an approach to it."""
     goal, bodies = problem.goal, problem.solid
     grips = problem.feasible_goal_grips
     ends = np.array([grip.position for grip in grips])
@@ -63,13 +58,7 @@ def plan_laying(problem: Problem, approach: Callable[[Problem], WholePath]) -> W
         orientations,
         LAYING_PACE,
     )
-    path = replace(
-        down,
-        positions=np.concatenate([above.positions, down.positions[1:]]),
-        orientations=np.concatenate([above.orientations, down.orientations[1:]]),
-        nodes=np.concatenate([above.nodes, down.nodes[1:]]),
-        clearance=min(above.clearance, down.clearance),
-    )
+    path = down.after(above)
     held = held_clips(goal.route, bodies, path.nodes[-1])
     lost = [name for name in clip_names(goal.route) if name not in held]
     reason = path.reason

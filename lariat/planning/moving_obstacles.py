@@ -25,30 +25,22 @@ FindPath = Callable[[Problem], WholePath]
 """Planner among obstacles that stand still."""
 
 
-@dataclass(frozen=True)
-class DepartureSettings:
-    """Search of a departure."""
-
-    period: float = 0.04
-    """Time between two compared instants [s]."""
-    window: float = 0.4
-    """Time for which a departure stays possible [s]."""
-    foresight: float = 0.25
-    """Time by which the controller keeps clear of an obstacle in advance [s]."""
-    longest_wait: float = 30.0
-    """Longest wait before a departure [s]."""
-    tolerated_wait: float = 2.0
-    """Wait up to which no path round the swept places is sought [s]."""
-    longest_path: float = 30.0
-    """Time after the longest wait over which motions are compared [s]."""
-    sweep_step: float = 0.05
-    """Distance between two places of a swept obstacle [m]."""
-    most_places: int = 24
-    """Largest number of places of a swept obstacle."""
-
-
-DEPARTURE_SETTINGS = DepartureSettings()
-"""Default settings of the search."""
+COMPARISON_PERIOD = 0.04
+"""Time between two compared instants [s]."""
+DEPARTURE_WINDOW = 0.4
+"""Time for which a departure stays possible [s]."""
+FORESIGHT = 0.25
+"""Time by which the controller keeps clear of an obstacle in advance [s]."""
+LONGEST_WAIT = 30.0
+"""Longest wait before a departure [s]."""
+TOLERATED_WAIT = 2.0
+"""Wait up to which no path round the swept places is sought [s]."""
+LONGEST_PATH = 30.0
+"""Time after the longest wait over which motions are compared [s]."""
+SWEEP_STEP = 0.05
+"""Distance between two places of a swept obstacle [m]."""
+MOST_PLACES = 24
+"""Largest number of places of a swept obstacle."""
 
 
 @dataclass(frozen=True)
@@ -81,13 +73,7 @@ class Departure:
 def divided(
     obstacles: Sequence[Obstacle], motions: Sequence[ObstacleMotion], time: float
 ) -> tuple[tuple[Obstacle, ...], tuple[MovingObstacle, ...]]:
-    """Return the obstacles that stand still from a time on, and those that move.
-
-    Args:
-        obstacles: Obstacles of a scene.
-        motions: Motions of some of them.
-        time: Time [s].
-    """
+    """Return the obstacles that stand still from a time on [s], and those that move."""
     ahead = {motion.name: motion for motion in motions if motion.end > time}
     still = tuple(o for o in obstacles if o.name not in ahead)
     moving = tuple(MovingObstacle(o, ahead[o.name]) for o in obstacles if o.name in ahead)
@@ -99,35 +85,27 @@ def plan_departure(
     moving: Sequence[MovingObstacle],
     earliest: float,
     find: FindPath,
-    settings: DepartureSettings = DEPARTURE_SETTINGS,
 ) -> Departure:
     """Return the path that arrives first without meeting a moving obstacle.
 
-    Args:
-        problem: Planning problem among the obstacles that stand still.
-        moving: Obstacles that move.
-        earliest: Earliest departure [s], in the clock of the motions.
-        find: Planner among obstacles that stand still.
-        settings: Search of the departure.
+    It departs at `earliest` or later [s], in the clock of the motions.
     """
     direct = find(problem)
-    departures = [
-        d for d in [departure(problem, direct, moving, earliest, settings)] if d is not None
-    ]
-    patience = earliest + settings.tolerated_wait
+    departures = [d for d in [departure(problem, direct, moving, earliest)] if d is not None]
+    patience = earliest + TOLERATED_WAIT
     if direct.reached and (not departures or departures[0].after > patience):
-        swept = [o for body in moving for o in swept_places(body, earliest, settings)]
+        swept = [o for body in moving for o in swept_places(body, earliest)]
         around = find(replace(problem, obstacles=(*problem.obstacles, *swept)))
-        detour = departure(problem, around, moving, earliest, settings) if around.reached else None
+        detour = departure(problem, around, moving, earliest) if around.reached else None
         departures += [detour] if detour is not None else []
     if departures:
         return min(departures, key=lambda d: d.arrival)
     names = ", ".join(repr(m.body.name) for m in moving)
     reason = (
-        f"blocked: no departure within {settings.longest_wait:g} s keeps clear of {names}, which "
+        f"blocked: no departure within {LONGEST_WAIT:g} s keeps clear of {names}, which "
         "move; move start or goal out of their way"
     )
-    return Departure(stay(problem, reason), earliest, earliest + settings.window)
+    return Departure(stay(problem, reason), earliest, earliest + DEPARTURE_WINDOW)
 
 
 def departure(
@@ -135,34 +113,25 @@ def departure(
     path: WholePath,
     moving: Sequence[MovingObstacle],
     earliest: float,
-    settings: DepartureSettings = DEPARTURE_SETTINGS,
 ) -> Departure | None:
-    """Return the earliest departure on a path; None where there is none in time.
-
-    Args:
-        problem: Planning problem.
-        path: Path.
-        moving: Obstacles that move.
-        earliest: Earliest departure [s].
-        settings: Search of the departure.
-    """
-    stride = max(round(settings.period / path.dt), 1)
+    """Return the departure on a path, `earliest` or later [s]; None if there is none in time."""
+    stride = max(round(COMPARISON_PERIOD / path.dt), 1)
     period = stride * path.dt
     last = max(m.motion.end for m in moving)
-    longest = settings.longest_wait + settings.longest_path
-    duration = min(max(last - earliest, 0.0), longest) + settings.window + settings.foresight
+    longest = LONGEST_WAIT + LONGEST_PATH
+    duration = min(max(last - earliest, 0.0), longest) + DEPARTURE_WINDOW + FORESIGHT
     instants = earliest + period * np.arange(int(duration / period) + 2)
     clear = np.ones((len(path.nodes[::stride]) + 1, len(instants)), dtype=bool)
     for each in moving:
         clear &= _clear(problem, path, each, instants, stride)
-    slack = int(np.ceil((settings.window + settings.foresight) / period))
-    waits = int(settings.longest_wait / period)
+    slack = int(np.ceil((DEPARTURE_WINDOW + FORESIGHT) / period))
+    waits = int(LONGEST_WAIT / period)
     for wait in range(min(waits, len(instants) - 1) + 1):
         if not clear[0, : wait + slack + 1].all():
             return None  # The rope has to be gone by then.
         if _passes(clear, wait, slack):
             after = float(earliest + wait * period)
-            return Departure(path, after, after + settings.window)
+            return Departure(path, after, after + DEPARTURE_WINDOW)
     return None
 
 
@@ -210,22 +179,14 @@ def _clear(
     return clear
 
 
-def swept_places(
-    moving: MovingObstacle, earliest: float, settings: DepartureSettings = DEPARTURE_SETTINGS
-) -> tuple[Obstacle, ...]:
-    """Return an obstacle at the places that it passes from a time on.
-
-    Args:
-        moving: Obstacle that moves.
-        earliest: First time that counts [s].
-        settings: Distance and number of the places.
-    """
+def swept_places(moving: MovingObstacle, earliest: float) -> tuple[Obstacle, ...]:
+    """Return an obstacle at the places that it passes from a time on [s]."""
     motion = moving.motion
     corners = [motion.position(earliest)]
     corners += [p for t, p in zip(motion.times, motion.positions, strict=True) if t > earliest]
     points = np.array(corners)
     way = np.insert(np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)), 0, 0.0)
-    count = min(int(np.ceil(way[-1] / settings.sweep_step)) + 1, settings.most_places)
+    count = min(int(np.ceil(way[-1] / SWEEP_STEP)) + 1, MOST_PLACES)
     at = np.linspace(0.0, way[-1], count)
     places = np.stack([np.interp(at, way, column) for column in points.T], axis=1)
     return tuple(moving.body.moved((x, y, z)) for x, y, z in dict.fromkeys(map(tuple, places)))

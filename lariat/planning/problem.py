@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,9 +20,8 @@ if TYPE_CHECKING:
     from lariat.planning.arms.cell_arms import CellArms
 
 
-def _exact_grips() -> tuple[Pose, Pose]:
-    exact = Pose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
-    return exact, exact
+UNMOVED = Pose(np.zeros(3), poses.IDENTITY)
+"""Pose of an end that its grip holds where it seems to."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ class Problem:
     """Angle of the ends from such a goal at which it is reached [rad]."""
     variants: tuple[Rod, ...] = ()
     """Rods with one identified property off by its standard deviation each."""
-    held: tuple[Pose, Pose] = field(default_factory=_exact_grips)
+    held: tuple[Pose, Pose] = (UNMOVED, UNMOVED)
     """Poses of the rope's ends in the frames of the grippers: left, right."""
     pace: float = 1.0
     """Share of the usual limits on motion that the path uses [-]."""
@@ -175,11 +174,17 @@ class WholePath:
     arm_fault: str = ""
     """What an arm would break along the path, in words; empty where the arms can go it."""
 
-    def of_grippers(self, problem: Problem) -> WholePath:
-        """Return the path of the grippers that lead the rope's ends along this one.
+    def after(self, first: WholePath) -> WholePath:
+        """Return the path that goes another one first, which ends where this one begins."""
+        return replace(
+            self,
+            positions=np.concatenate([first.positions, self.positions[1:]]),
+            orientations=np.concatenate([first.orientations, self.orientations[1:]]),
+            nodes=np.concatenate([first.nodes, self.nodes[1:]]),
+            clearance=min(first.clearance, self.clearance),
+        )
 
-        Args:
-            problem: Problem that says how they hold the ends.
-        """
+    def of_grippers(self, problem: Problem) -> WholePath:
+        """Return the path of the grippers that lead the rope's ends along this one."""
         positions, orientations = problem.grippers(self.positions, self.orientations)
         return replace(self, positions=positions, orientations=orientations)

@@ -2,137 +2,87 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.planning.arms.arm_check import LEAST_LINK_MARGIN
-from lariat.planning.path_optimization.optimizer import SETTINGS, PathCandidate, PathOptimizer
-from lariat.planning.planning_time import PlanningTime
+from lariat.planning.collision_check import CLEARANCE_TOLERANCE
+from lariat.planning.path_optimization.block_path import blocks_of
+from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.retiming import RETIMING_SETTINGS, required_clearance, retime
-from lariat.planning.settings import PlannerSettings
+from lariat.planning.retiming import required_clearance, retime
 from lariat.planning.tree_search.search import TreePath, pose_displacements
+
+ITERATIONS = 12
+"""Largest number of Gauss-Newton iterations of a candidate."""
+WIDER_ITERATIONS = 5
+"""Largest number of further iterations with a larger reserve."""
+RESERVE_PER_SHORTFALL = 1.3
+"""Reserve that is added per clearance lost in motion [-]."""
+MIN_DIFFERENCE = 0.04
+"""Distance of the grips halfway above which two candidates are different paths [m]."""
 
 
 def followed(problem: Problem, tree_path: TreePath) -> tuple[PathOptimizer, PathCandidate]:
-    """Return an optimiser for a path of the trees, and its candidate with the whole rod.
-
-    Args:
-        problem: Planning problem.
-        tree_path: Path that the trees found.
-    """
+    """Return an optimiser for a path of the trees, and its candidate with the whole rod."""
     lengths = tree_path.step_lengths
-    optimizer = PathOptimizer(problem, settings=SETTINGS.for_length(float(np.sum(lengths))))
-    displacements = pose_displacements(tree_path.grips, lengths, optimizer.settings.blocks)
+    optimizer = PathOptimizer(problem, blocks=blocks_of(float(np.sum(lengths))))
+    displacements = pose_displacements(tree_path.grips, lengths, optimizer.blocks)
     return optimizer, optimizer.follow(displacements)
 
 
 def refined_path(
-    problem: Problem, optimizer: PathOptimizer, start: PathCandidate, settings: PlannerSettings
+    problem: Problem,
+    optimizer: PathOptimizer,
+    start: PathCandidate,
+    iterations: int = ITERATIONS,
 ) -> WholePath:
-    """Return the timed path of a candidate after its refinement.
-
-    Args:
-        problem: Planning problem.
-        optimizer: Optimiser of the problem.
-        start: Candidate.
-        settings: Effort.
-    """
-    candidate = optimizer.refine(start, settings.iterations)
+    """Return the timed path of a candidate after its refinement."""
+    candidate = optimizer.refine(start, iterations)
     if problem.variants:
         unsure = optimizer.allow_for_uncertainty(candidate)
-        candidate = optimizer.refine(unsure, settings.wider_iterations)
+        candidate = optimizer.refine(unsure, WIDER_ITERATIONS)
     path = retime(problem, optimizer, candidate)
     least = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
-    if path.clearance < least - RETIMING_SETTINGS.clearance_tolerance:
+    if path.clearance < least - CLEARANCE_TOLERANCE:
         # Smoothing and swing reduce the clearance: refine with a larger reserve.
-        lack = settings.reserve_per_shortfall * (least - path.clearance)
-        reserve = optimizer.settings.clearance_reserve + lack
-        wider = PathOptimizer(problem, reserve, optimizer.settings)
-        again = wider.refine(wider.allow_for_uncertainty(candidate), settings.wider_iterations)
+        lack = RESERVE_PER_SHORTFALL * (least - path.clearance)
+        wider = PathOptimizer(problem, optimizer.reserve + lack, optimizer.blocks)
+        again = wider.refine(wider.allow_for_uncertainty(candidate), WIDER_ITERATIONS)
         retimed = retime(problem, wider, again)
         path = max(path, retimed, key=lambda p: rank(p, optimizer))
     if path.arm_fault:
         around = avoiding_with_arms(problem, optimizer)
-        again = around.refine(around.reevaluate(candidate), settings.iterations)
+        again = around.refine(around.reevaluate(candidate), iterations)
         retimed = retime(problem, around, again, link_margin=LEAST_LINK_MARGIN)
         path = max(path, retimed, key=lambda p: rank(p, optimizer))
     return path
 
 
 def is_clear(path: WholePath, optimizer: PathOptimizer) -> bool:
-    """Return whether a path is clear of obstacles, and the arms can go it.
-
-    Args:
-        path: Timed path.
-        optimizer: Optimiser of its problem, for the clearance below which it is blocked.
-    """
-    least = required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance
+    """Return whether a path is clear of obstacles, and the arms can go it."""
+    least = required_clearance(optimizer) - CLEARANCE_TOLERANCE
     return path.clearance >= least and not path.arm_fault
 
 
 def avoiding_with_arms(problem: Problem, optimizer: PathOptimizer) -> PathOptimizer:
-    """Return an optimiser that keeps the constraints of the arms, too.
-
-    Args:
-        problem: Planning problem.
-        optimizer: Optimiser of the problem without them.
-    """
-    return PathOptimizer(problem, optimizer.reserve, optimizer.settings, avoid_with_arms=True)
-
-
-def best_path(
-    problem: Problem,
-    optimizer: PathOptimizer,
-    candidates: Sequence[PathCandidate],
-    settings: PlannerSettings,
-    time: PlanningTime,
-) -> WholePath:
-    """Return the best of the candidates' paths, or the first one with sufficient clearance.
-
-    Args:
-        problem: Planning problem.
-        optimizer: Optimiser of the problem.
-        candidates: Candidates in the order of trial, at least one.
-        settings: Effort.
-        time: Processor time of the plan.
-    """
-    sufficient = RETIMING_SETTINGS.sufficient_clearance * optimizer.wanted_clearance
-    paths: list[WholePath] = []
-    for candidate in candidates:
-        paths.append(refined_path(problem, optimizer, candidate, settings))
-        if paths[-1].reached and paths[-1].clearance > sufficient:
-            return paths[-1]
-        if candidate is not candidates[-1] and time.is_over():
-            break
-    return max(paths, key=lambda path: rank(path, optimizer))
+    """Return an optimiser that keeps the constraints of the arms, too."""
+    return PathOptimizer(problem, optimizer.reserve, optimizer.blocks, avoid_with_arms=True)
 
 
 def rank(path: WholePath, optimizer: PathOptimizer) -> tuple[bool, bool, float]:
-    """Return the key by which paths are sorted: reached, clear, clearance or nearness to the goal.
-
-    Args:
-        path: Timed path.
-        optimizer: Optimiser of its problem.
-    """
+    """Return the key by which paths are sorted: reached, clear, clearance or nearness to goal."""
     clear = is_clear(path, optimizer)
     value = path.clearance if path.reached or not clear else -path.final_error
     return path.reached, clear, value
 
 
-def distinct(candidates: list[PathCandidate], settings: PlannerSettings) -> list[PathCandidate]:
-    """Return the candidates whose paths differ halfway, in their order.
-
-    Args:
-        candidates: Candidates, of which the first of several alike is kept.
-        settings: Distance above which two differ.
-    """
+def distinct(candidates: list[PathCandidate]) -> list[PathCandidate]:
+    """Return the candidates whose paths differ halfway, the first of several alike, in order."""
     kept: list[PathCandidate] = []
     for candidate in candidates:
         here = _halfway(candidate)
-        if all(np.max(np.abs(here - _halfway(k))) > settings.min_difference for k in kept):
+        if all(np.max(np.abs(here - _halfway(k))) > MIN_DIFFERENCE for k in kept):
             kept.append(candidate)
     return kept
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -10,8 +11,8 @@ from jaxtyping import Float64
 from lariat.geometry.obstacles import scene_distance
 from lariat.geometry.polylines import with_midpoints
 from lariat.planning.arms.arm_check import LINK_MARGIN, arm_fault
-from lariat.planning.collision_check import gripper_overlap, path_clearance
-from lariat.planning.dynamic_check import simulate_path, tension_fault
+from lariat.planning.collision_check import MIN_CLEARANCE, fault_on_the_way, path_clearance
+from lariat.planning.dynamic_check import simulate_path
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath, grip_distance
 from lariat.planning.time_parameterization import Pace, time_parameterize
@@ -22,78 +23,60 @@ PATH_PERIOD = SETPOINT_PERIOD * NANOSECONDS
 """Time between points of a path [s]."""
 
 
-@dataclass(frozen=True)
-class RetimingSettings:
-    """Paces that are compared, and acceptance of a path."""
-
-    paces: tuple[Pace, ...] = (
-        Pace(1.6, (0.4, 0.4)),
-        Pace(1.3, (0.48, 0.4)),
-        Pace(1.3, (0.4, 0.4)),
-        Pace(1.0, (0.56, 0.4)),
-        Pace(2.5, (0.4, 0.4)),
-    )
-    """Paces, of which the one that comes to rest first is chosen. Likely ones are listed first, so
-    that most others need not be simulated to their end."""
-    close_paces: tuple[Pace, ...] = (
-        Pace(2.5, (0.16, 0.1)),
-        Pace(1.3, (0.16, 0.1), 0.4),
-        Pace(2.0, (0.16, 0.1), 0.1),
-    )
-    """Paces that are tried when all others pass too close to obstacles: narrow running means
-    deviate less from the waypoints, and corners are passed slowly where there is little room."""
-    sufficient_clearance: float = 0.7
-    """Clearance above which a path is accepted, relative to the wanted one."""
-    negligible_swing: float = 2e-4
-    """Amplitude below which a swing is negligible [m]."""
-    swing_duration: float = 1.0
-    """Duration that costs as much as a factor e of residual swing [s]."""
-    min_clearance: float = 0.005
-    """Clearance below which a path is blocked [m], unless start or goal have less."""
-    clearance_tolerance: float = 5e-4
-    """Lack of clearance that is accepted [m]."""
-    slower: float = 0.6
-    """Factor on the pace of a path along which a joint of an arm turns or speeds up too fast."""
-    max_slower: int = 3
-    """Largest number of times that such a path is slowed."""
+PACES = (
+    Pace(1.6, (0.4, 0.4)),
+    Pace(1.3, (0.48, 0.4)),
+    Pace(1.3, (0.4, 0.4)),
+    Pace(1.0, (0.56, 0.4)),
+    Pace(2.5, (0.4, 0.4)),
+)
+"""Paces, of which the one that comes to rest first is chosen. Likely ones are listed first, so
+that most others need not be simulated to their end."""
+CLOSE_PACES = (
+    Pace(2.5, (0.16, 0.1)),
+    Pace(1.3, (0.16, 0.1), 0.4),
+    Pace(2.0, (0.16, 0.1), 0.1),
+)
+"""Paces that are tried when all others pass too close to obstacles: narrow running means deviate
+less from the waypoints, and corners are passed slowly where there is little room."""
+SUFFICIENT_CLEARANCE = 0.7
+"""Clearance above which a path is accepted, relative to the wanted one."""
+NEGLIGIBLE_SWING = 2e-4
+"""Amplitude below which a swing is negligible [m]."""
+SWING_DURATION = 1.0
+"""Duration that costs as much as a factor e of residual swing [s]."""
+SLOWER = 0.6
+"""Factor on the pace of a path along which a joint of an arm turns or speeds up too fast."""
+MAX_SLOWER = 3
+"""Largest number of times that such a path is slowed."""
 
 
-RETIMING_SETTINGS = RetimingSettings()
-"""Default settings of the retiming."""
-
-
-def required_clearance(
-    optimizer: PathOptimizer, settings: RetimingSettings = RETIMING_SETTINGS
-) -> float:
+def required_clearance(optimizer: PathOptimizer) -> float:
     """Return the clearance below which a path is blocked [m]."""
-    return min(settings.min_clearance, optimizer.necessary_clearance)
+    return min(MIN_CLEARANCE, optimizer.necessary_clearance)
 
 
 def retime(
     problem: Problem,
     optimizer: PathOptimizer,
     candidate: PathCandidate,
-    settings: RetimingSettings = RETIMING_SETTINGS,
     link_margin: float = LINK_MARGIN,
+    paces: Sequence[Pace] = PACES,
 ) -> WholePath:
     """Return the path of a candidate at the best of all paces at which its arms can go it.
 
     Args:
-        problem: Planning problem.
-        optimizer: Optimiser of the candidate.
-        candidate: Path without timing.
-        settings: Paces, and acceptance of a path.
         link_margin: Distance that links of the arms keep beyond their limit [m].
     """
-    path = _at_best_pace(problem, optimizer, candidate, settings)
+    path = _at_best_pace(problem, optimizer, candidate, paces)
     if problem.arms is None:
         return path
     fault = arm_fault(problem, path.positions, path.orientations, path.dt, link_margin)
-    for _ in range(settings.max_slower):
+    for _ in range(MAX_SLOWER):
         if fault is None or fault.rule not in ("joint_speed", "joint_acceleration"):
             break
-        problem = replace(problem, pace=settings.slower * problem.pace)
-        path = _at_best_pace(problem, optimizer, candidate, settings)
+        problem = replace(problem, pace=SLOWER * problem.pace)
+        path = _at_best_pace(problem, optimizer, candidate, paces)
         fault = arm_fault(problem, path.positions, path.orientations, path.dt, link_margin)
     if fault is None:
         return path
@@ -105,42 +88,34 @@ def _at_best_pace(
     problem: Problem,
     optimizer: PathOptimizer,
     candidate: PathCandidate,
-    settings: RetimingSettings,
+    paces: Sequence[Pace],
 ) -> WholePath:
     """Path of a candidate at the best of all paces, whatever the arms can do."""
-    s = settings
     waypoints, limits = optimizer.grips(candidate), problem.limits.scaled(problem.pace)
     best, least, room = None, (True, np.inf), None
-    for k, pace in enumerate((*s.paces, *s.close_paces)):
-        if k >= len(s.paces) and not least[0]:
+    for k, pace in enumerate((*paces, *CLOSE_PACES)):
+        if k >= len(paces) and not least[0]:
             break
-        if k >= len(s.paces) and room is None:
-            room = _room(problem, optimizer, candidate, s)
+        if k >= len(paces) and room is None:
+            room = _room(problem, optimizer, candidate)
         positions, orientations = time_parameterize(*waypoints, limits, PATH_PERIOD, pace, room)
         cost = len(positions) * PATH_PERIOD
         if (False, cost) >= least:
             continue
         nodes, swing = simulate_path(problem, positions, orientations, PATH_PERIOD)
-        cost += s.swing_duration * np.log1p(swing / s.negligible_swing)
+        cost += SWING_DURATION * np.log1p(swing / NEGLIGIBLE_SWING)
         if (False, cost) >= least:
             continue
         clearance = path_clearance(problem, positions, orientations, nodes)
         target = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
-        close = clearance < s.sufficient_clearance * target
+        close = clearance < SUFFICIENT_CLEARANCE * target
         if best is None or (close, cost) < least:
             best, least = (positions, orientations, nodes, clearance), (close, cost)
     assert best is not None
+    least_clearance = required_clearance(optimizer)
+    fault = fault_on_the_way(problem, *best, least_clearance)
+    reason = f"blocked: on every path found {fault}" if fault else _miss(problem, candidate.error)
     positions, orientations, nodes, clearance = best
-    reason = _failure(problem, candidate, clearance, required_clearance(optimizer, s), s)
-    if pulled := tension_fault(problem, nodes):
-        reason = f"blocked: on every path found {pulled}"
-    overlap = gripper_overlap(problem, positions, orientations)
-    if overlap > 0.0:
-        reason = (
-            "blocked: on every path found the grippers come "
-            f"{1e3 * overlap:.1f} mm too close to each other"
-        )
-        clearance = -overlap
     return WholePath(
         PATH_PERIOD,
         positions,
@@ -154,41 +129,27 @@ def _at_best_pace(
 
 
 def _room(
-    problem: Problem,
-    optimizer: PathOptimizer,
-    candidate: PathCandidate,
-    settings: RetimingSettings,
+    problem: Problem, optimizer: PathOptimizer, candidate: PathCandidate
 ) -> Float64[np.ndarray, "w"]:
     """Clearance of the rope at each waypoint, beyond what it needs [m]."""
     start = problem.state.positions[None]
     nodes = np.concatenate([start, candidate.nodes[: len(optimizer.grips(candidate)[0]) - 1]])
     clearance = scene_distance(with_midpoints(nodes), problem.obstacles).min(axis=1)
-    return np.maximum(clearance - problem.radius - required_clearance(optimizer, settings), 0.0)
+    return np.maximum(clearance - problem.radius - required_clearance(optimizer), 0.0)
 
 
-def _failure(
-    problem: Problem,
-    candidate: PathCandidate,
-    clearance: float,
-    least: float,
-    settings: RetimingSettings,
-) -> str:
-    """Reason why a path does not reach the goal; empty when it does."""
-    if clearance < least - settings.clearance_tolerance:
-        return (
-            f"blocked: every path found comes within {1e3 * clearance:.1f} mm of an obstacle "
-            f"({1e3 * least:.1f} mm needed)"
-        )
+def _miss(problem: Problem, error: float) -> str:
+    """Reason why a path that ends some error [m] from the goal misses it; empty if it does not."""
+    if error <= problem.tolerance:
+        return ""
     needed = grip_distance(problem.goal.grips)
-    if candidate.error > problem.tolerance and needed > problem.longest_grip_distance:
+    if needed > problem.longest_grip_distance:
         return (
             f"unreachable: the grips of the goal are {needed:.4f} m apart, and a path brings them "
             f"{problem.longest_grip_distance:.4f} m apart at most; bring them closer, or raise "
             "limits.overstretch"
         )
-    if candidate.error > problem.tolerance:
-        return (
-            f"unreachable: the nearest shape found is {1e3 * candidate.error:.1f} mm from the "
-            f"goal on average (tolerance {1e3 * problem.tolerance:.1f} mm)"
-        )
-    return ""
+    return (
+        f"unreachable: the nearest shape found is {1e3 * error:.1f} mm from the "
+        f"goal on average (tolerance {1e3 * problem.tolerance:.1f} mm)"
+    )

@@ -9,9 +9,10 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.geometry import polylines, poses
+from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, has_friction, pack_supports
 from lariat.geometry.poses import Pose
+from lariat.planning.problem import UNMOVED
 from lariat.rod import Rod, RodProperties, RodState, add_turns, count_turns_along, state_along
 from lariat.rod.part_fit import fit_part
 from lariat.scenario.rod_properties import rod_properties
@@ -26,9 +27,6 @@ MISMATCH_DEVIATIONS = 2.0
 """Distances beyond that one that are added to the clearance [-]."""
 MAX_MISMATCH_MARGIN = 0.015
 """Largest clearance that is added for the distance of rod and rope [m]."""
-
-UNMOVED = Pose(np.zeros(3), poses.IDENTITY)
-"""Pose of an end that its grip holds where it seems to."""
 
 
 class RopeModel:

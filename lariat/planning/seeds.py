@@ -6,84 +6,65 @@ The offsets lead over or around the obstacles in between.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle, signed_distance
+from lariat.planning.path_optimization.block_path import BLOCKS
 from lariat.planning.problem import Problem
 
 Displacements = Float64[np.ndarray, "k 2 3"]
 """Displacement of both grips in each block [m]."""
 
 
-@dataclass(frozen=True)
-class SeedSettings:
-    """Number and spread of the seed paths."""
-
-    random_offset_count: int = 10
-    """Number of seeds with a random offset."""
-    random_offset_sigma: float = 0.25
-    """Standard deviation of a random offset [m]."""
-    carried_stretch: float = 0.93
-    """Grip distance of a taut seed while it is carried, relative to the rope's length."""
-    lift_margin: float = 0.01
-    """Margin of a lift over obstacles, in addition to the clearance [m]."""
-    sidestep_margin: float = 0.02
-    """Margin of a sidestep around obstacles, in addition to the clearance [m]."""
-    max_sidestep: float = 0.7
-    """Longest sidestep [m]."""
-    max_lifts: int = 3
-    """Largest number of lifts; those over the highest obstacles are kept."""
-    relevant_distance: float = 0.12
-    """Distance from the straight paths of the nodes, in addition to the clearance, within which an
-    obstacle is relevant [m]."""
+RANDOM_OFFSET_COUNT = 10
+"""Number of seeds with a random offset."""
+RANDOM_OFFSET_SIGMA = 0.25
+"""Standard deviation of a random offset [m]."""
+CARRIED_STRETCH = 0.93
+"""Grip distance of a taut seed while it is carried, relative to the rope's length."""
+LIFT_MARGIN = 0.01
+"""Margin of a lift over obstacles, in addition to the clearance [m]."""
+SIDESTEP_MARGIN = 0.02
+"""Margin of a sidestep around obstacles, in addition to the clearance [m]."""
+MAX_SIDESTEP = 0.7
+"""Longest sidestep [m]."""
+MAX_LIFTS = 3
+"""Largest number of lifts; those over the highest obstacles are kept."""
+RELEVANT_DISTANCE = 0.12
+"""Distance from the straight paths of the nodes, in addition to the clearance, within which an
+obstacle is relevant [m]."""
 
 
-SEED_SETTINGS = SeedSettings()
-"""Default settings of the seed paths."""
-
-
-def seed_paths(
-    problem: Problem, blocks: int, settings: SeedSettings = SEED_SETTINGS
-) -> list[Displacements]:
+def seed_paths(problem: Problem) -> list[Displacements]:
     """Return seed paths as displacements in blocks, the most direct one first."""
     offsets = [np.zeros(3)]
-    lifts = lift_offsets(problem, settings)
+    lifts = lift_offsets(problem)
     offsets += lifts
-    offsets += sidestep_offsets(problem, settings)
+    offsets += sidestep_offsets(problem)
     random = np.random.default_rng(problem.seed)
-    size = (settings.random_offset_count, 3)
-    offsets += list(random.normal(scale=settings.random_offset_sigma, size=size))
-    paths = [_carried_path(problem, offset, blocks, 0.0) for offset in offsets]
+    offsets += list(random.normal(scale=RANDOM_OFFSET_SIGMA, size=(RANDOM_OFFSET_COUNT, 3)))
+    paths = [_carried_path(problem, offset, 0.0) for offset in offsets]
     # The rope sags less while it is carried taut.
-    paths += [
-        _carried_path(problem, offset, blocks, settings.carried_stretch)
-        for offset in offsets[: 1 + len(lifts)]
-    ]
+    paths += [_carried_path(problem, o, CARRIED_STRETCH) for o in offsets[: 1 + len(lifts)]]
     return paths
 
 
-def lift_offsets(
-    problem: Problem, settings: SeedSettings = SEED_SETTINGS
-) -> list[Float64[np.ndarray, "3"]]:
+def lift_offsets(problem: Problem) -> list[Float64[np.ndarray, "3"]]:
     """Return lifts that bring the lowest point of the rope over relevant obstacles [m]."""
     lowest = min(problem.state.positions[:, 2].min(), problem.goal.nodes[:, 2].min())
-    need = problem.clearance + problem.radius + settings.lift_margin
-    tops = sorted({round(_extent(o, 2)[1], 3) for o in _relevant_obstacles(problem, settings)})
+    need = problem.clearance + problem.radius + LIFT_MARGIN
+    tops = sorted({round(_extent(o, 2)[1], 3) for o in _relevant_obstacles(problem)})
     lifts = [top + need - lowest for top in tops]
     # Several low obstacles need one lift only.
-    return [np.array([0.0, 0.0, lift]) for lift in lifts[-settings.max_lifts :] if lift > 0.0]
+    return [np.array([0.0, 0.0, lift]) for lift in lifts[-MAX_LIFTS:] if lift > 0.0]
 
 
-def sidestep_offsets(
-    problem: Problem, settings: SeedSettings = SEED_SETTINGS
-) -> list[Float64[np.ndarray, "3"]]:
+def sidestep_offsets(problem: Problem) -> list[Float64[np.ndarray, "3"]]:
     """Return horizontal sidesteps to both sides of all relevant obstacles [m]."""
     nodes = np.concatenate([problem.state.positions, problem.goal.nodes])
-    need = problem.clearance + problem.radius + settings.sidestep_margin
-    relevant = _relevant_obstacles(problem, settings)
+    need = problem.clearance + problem.radius + SIDESTEP_MARGIN
+    relevant = _relevant_obstacles(problem)
     offsets = []
     for axis in (0, 1):
         if not relevant:
@@ -91,18 +72,18 @@ def sidestep_offsets(
         low = min(_extent(o, axis)[0] for o in relevant)
         high = max(_extent(o, axis)[1] for o in relevant)
         for shift in (low - need - nodes[:, axis].max(), high + need - nodes[:, axis].min()):
-            if 0.0 < abs(shift) < settings.max_sidestep:
+            if 0.0 < abs(shift) < MAX_SIDESTEP:
                 offsets.append(shift * np.eye(3)[axis])
     return offsets
 
 
 def _carried_path(
-    problem: Problem, offset: Float64[np.ndarray, "3"], blocks: int, stretch: float
+    problem: Problem, offset: Float64[np.ndarray, "3"], stretch: float
 ) -> Displacements:
     """Path at an offset, with the grips at least `stretch` rope lengths apart in between."""
     begin = np.stack([g.position for g in problem.grips])
     end = np.stack([g.position for g in problem.goal.grips])
-    s = np.linspace(0.0, 1.0, blocks + 1)[:, None, None]
+    s = np.linspace(0.0, 1.0, BLOCKS + 1)[:, None, None]
     if not offset.any() and not stretch:
         path = begin + s * (end - begin)
     else:
@@ -126,11 +107,11 @@ def _stretching(
     return np.stack([-more * chord / distance, more * chord / distance], axis=1)
 
 
-def _relevant_obstacles(problem: Problem, settings: SeedSettings) -> list[Obstacle]:
+def _relevant_obstacles(problem: Problem) -> list[Obstacle]:
     """Obstacles near any of the straight paths of the nodes."""
     s = np.linspace(0.0, 1.0, 9)[:, None, None]
     swept = problem.state.positions + s * (problem.goal.nodes - problem.state.positions)
-    reach = settings.relevant_distance + problem.clearance
+    reach = RELEVANT_DISTANCE + problem.clearance
     lowest = float(swept[..., 2].min()) - problem.radius
     return [
         o

@@ -9,12 +9,15 @@ import numpy as np
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.poses import Pose
+from lariat.planning.path_optimization.block_path import BLOCKS, STEPS_PER_BLOCK
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.refinement import followed, is_clear, refined_path
+from lariat.planning.refinement import ITERATIONS, followed, is_clear, refined_path
 from lariat.planning.retiming import PATH_PERIOD, required_clearance, retime
-from lariat.planning.settings import PlannerSettings
 from lariat.planning.tree_search.search import TreePath
+
+MAX_PARTS = 8
+"""Largest number of parts of blocked paths that are timed."""
 
 
 def nearest_path(
@@ -22,23 +25,14 @@ def nearest_path(
     tree_path: TreePath | None,
     candidates: Sequence[PathCandidate],
     reason: str,
-    settings: PlannerSettings,
 ) -> WholePath:
-    """Return a path to the nearest shape that can be reached, where none to the goal was found.
-
-    Args:
-        problem: Planning problem.
-        tree_path: Path of the trees; None where they were not tried.
-        candidates: Candidates of which a clear part may be followed.
-        reason: Reason why no path reaches the goal.
-        settings: Effort.
-    """
-    near = _nearest_reachable(problem, tree_path, reason, settings)
-    return near or _clear_part(problem, candidates, reason, settings)
+    """Return a path to the nearest shape that the trees reached, or along a clear part."""
+    near = _nearest_reachable(problem, tree_path, reason)
+    return near or _clear_part(problem, candidates, reason)
 
 
 def _nearest_reachable(
-    problem: Problem, tree_path: TreePath | None, reason: str, settings: PlannerSettings
+    problem: Problem, tree_path: TreePath | None, reason: str
 ) -> WholePath | None:
     """Path to the shape nearest to the goal that the trees reached."""
     if tree_path is None or tree_path.reaches_goal:
@@ -54,7 +48,7 @@ def _nearest_reachable(
         right_oriented=False,
     )
     optimizer, start = followed(near, tree_path)
-    path = refined_path(near, optimizer, start, settings)
+    path = refined_path(near, optimizer, start)
     if not is_clear(path, optimizer) or path.clearance < 0.0:
         return None
     return _ending_short(
@@ -65,28 +59,22 @@ def _nearest_reachable(
     )
 
 
-def _clear_part(
-    problem: Problem,
-    candidates: Sequence[PathCandidate],
-    reason: str,
-    settings: PlannerSettings,
-) -> WholePath:
+def _clear_part(problem: Problem, candidates: Sequence[PathCandidate], reason: str) -> WholePath:
     """Clear part of a path that ends nearest to the goal; what is seen there may help."""
     optimizer = PathOptimizer(problem)
     least = required_clearance(optimizer)
-    stride = optimizer.settings.steps_per_block
     here = problem.goal_error(problem.state.positions)
     parts = []
     for start in candidates:
-        candidate = optimizer.refine(start, settings.iterations)
-        at_blocks = candidate.nodes[stride - 1 :: stride][: len(candidate.displacements)]
+        candidate = optimizer.refine(start, ITERATIONS)
+        at_blocks = candidate.nodes[STEPS_PER_BLOCK - 1 :: STEPS_PER_BLOCK][:BLOCKS]
         for count, nodes in enumerate(at_blocks, start=1):
             if geometry.chain_clearance(nodes, problem.radius, problem.obstacles) < least:
                 break
             left = problem.goal_error(nodes)
             if left < here:
                 parts.append((left, count, candidate, nodes))
-    for _, count, candidate, nodes in sorted(parts, key=lambda part: part[0])[: settings.max_parts]:
+    for _, count, candidate, nodes in sorted(parts, key=lambda part: part[0])[:MAX_PARTS]:
         displacements = candidate.displacements.copy()
         displacements[count:] = 0.0
         near = problem.with_goal(nodes=nodes, left_oriented=False, right_oriented=False)
@@ -107,12 +95,7 @@ def _ending_short(problem: Problem, path: WholePath, reason: str) -> WholePath:
 
 
 def stay(problem: Problem, reason: str) -> WholePath:
-    """Return a path that stays at the start.
-
-    Args:
-        problem: Planning problem.
-        reason: Reason why no path reaches the goal.
-    """
+    """Return a path that stays at the start."""
     positions = np.stack([[g.position for g in problem.grips]] * 2)
     orientations = np.stack([[g.orientation for g in problem.grips]] * 2)
     here = problem.state.positions

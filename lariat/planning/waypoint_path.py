@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.planning.collision_check import gripper_overlap, path_clearance
-from lariat.planning.dynamic_check import simulate_path, tension_fault
+from lariat.planning.collision_check import MIN_CLEARANCE, fault_on_the_way, path_clearance
+from lariat.planning.dynamic_check import simulate_path
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.retiming import PATH_PERIOD, RETIMING_SETTINGS
+from lariat.planning.retiming import PATH_PERIOD
 from lariat.planning.time_parameterization import Pace, time_parameterize
 from lariat.rod import state_along
 
@@ -27,10 +27,8 @@ def path_through(
     `blocked`, or how far from the goal it ends.
 
     Args:
-        problem: Planning problem.
         positions: Positions of the rope's ends [m].
         orientations: Their orientations, wxyz.
-        pace: Speed, and smoothing of corners.
     """
     limits = problem.limits.scaled(problem.pace)
     positions, orientations = time_parameterize(positions, orientations, limits, PATH_PERIOD, pace)
@@ -44,15 +42,8 @@ def path_through(
         end = rest.state.positions
     error = problem.goal_error(end)
     clearance = path_clearance(problem, positions, orientations, nodes)
-    overlap = gripper_overlap(problem, positions, orientations)
-    least = min(RETIMING_SETTINGS.min_clearance, problem.clearance)
-    blocked = tension_fault(problem, nodes)
-    if overlap > 0.0:
-        blocked = f"the grippers come {1e3 * overlap:.1f} mm too close to each other"
-    elif clearance < least - RETIMING_SETTINGS.clearance_tolerance:
-        blocked = (
-            f"it comes within {1e3 * clearance:.1f} mm of an obstacle ({1e3 * least:.1f} mm needed)"
-        )
+    least = min(MIN_CLEARANCE, problem.clearance)
+    blocked = fault_on_the_way(problem, positions, orientations, nodes, clearance, least)
     short = "" if error <= problem.tolerance else f"ends {1e3 * error:.1f} mm from the goal"
     return WholePath(
         PATH_PERIOD,

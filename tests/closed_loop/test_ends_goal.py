@@ -8,6 +8,7 @@ import pytest
 from lariat.configuration import ConfigurationError
 from lariat.geometry import polylines, poses
 from lariat.planning.cell_problem import scenario_problem
+from lariat.planning.path_optimization.block_path import BLOCKS
 from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.scenario import Scenario
 from lariat.scenario.settings import load_with
@@ -77,7 +78,7 @@ def test_plan_is_judged_by_the_ends_alone() -> None:
     assert problem.goal_error(shifted) == pytest.approx(0.002)
     away = problem.with_goal(nodes=bent)
     found = PathOptimizer(away)
-    (straight,) = found.evaluate([np.zeros((found.settings.blocks, 2, 3))])
+    straight = found.translated(np.zeros((BLOCKS, 2, 3)))
     best = found.refine(straight, 12)
     assert best.error < 1e-4
 

@@ -180,11 +180,7 @@ class PathChoice:
         return self._task.adapts and not self._adaptation.settled and waited < MAX_LEARNING_TIME
 
     def _material_changed_since(self, stiffness: float) -> bool:
-        """Whether the stiffness has changed since a path was planned.
-
-        Args:
-            stiffness: EI that the path was planned for [N m^2]; 0 when it is not known.
-        """
+        """Whether the stiffness has changed from a planned one, 0 where unknown [N m^2]."""
         adaptation = self._adaptation
         if not self._task.adapts or not adaptation.informs_planner or stiffness <= 0.0:
             return False

@@ -113,11 +113,7 @@ class PathWatch:
         return True
 
     def pulled(self, nodes: Float64[np.ndarray, "n 3"]) -> bool:
-        """Give up where the model's rope is pulled more than the limit, and return whether it is.
-
-        Args:
-            nodes: Nodes of the model's rope [m].
-        """
+        """Give up where the model's rope is pulled more than the limit; return whether it is."""
         limit = self._controller.limits.tension
         if limit is None:
             return False
@@ -129,14 +125,7 @@ class PathWatch:
         return True
 
     def unforeseen(self, deviation: float) -> bool:
-        """Request a more careful path when the rope does not move as predicted.
-
-        Args:
-            deviation: Error of the predictions [m].
-
-        Returns:
-            Whether another path has been requested.
-        """
+        """Request a more careful path where predictions are wrong [m]; return whether it is."""
         return deviation > MAX_DEVIATION and self._replanning.request_careful(
             Cause.UNFORESEEN, deviation
         )

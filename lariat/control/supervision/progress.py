@@ -103,21 +103,13 @@ class ProgressMonitor:
         return least
 
     def settled(self, now: int) -> bool:
-        """Whether the rope has rested within tolerance of the goal for a while.
-
-        Args:
-            now: Present time [ns].
-        """
+        """Whether the rope has rested within tolerance of the goal for a while, at `now` [ns]."""
         within = all(error <= self.tolerance for _, error, _ in self._recent)
         within &= self.angle_error <= self.angle_tolerance
         return within and self.resting(now)
 
     def resting(self, now: int) -> bool:
-        """Whether the rope has rested for a while.
-
-        Args:
-            now: Present time [ns].
-        """
+        """Whether the rope has rested for a while, at `now` [ns]."""
         if len(self._recent) < 3 or now - self._recent[0][0] < SETTLING_TIME:
             return False
         third = max(1, len(self._recent) // 3)
@@ -129,9 +121,5 @@ class ProgressMonitor:
         return moved < REST_SPEED * max(elapsed, 1e-3)
 
     def stuck(self, now: int) -> bool:
-        """Whether the error has not decreased for a while.
-
-        Args:
-            now: Present time [ns].
-        """
+        """Whether the error has not decreased for a while, at `now` [ns]."""
         return now - self._best[1] > STUCK_TIME

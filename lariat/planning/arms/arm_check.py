@@ -77,7 +77,6 @@ def arm_fault(
     """Return the first rule that an arm breaks along a timed path; None where all are kept.
 
     Args:
-        problem: Arms and obstacles.
         positions: Positions of the rope's ends [m].
         orientations: Their orientations, wxyz.
         dt: Time between two points [s].
@@ -113,9 +112,6 @@ def start_fault(problem: Problem) -> ArmFault | None:
 
     The gateway lets arms leave what they break already, but never makes it worse. The table is left
     out: the base of an arm may stand in it.
-
-    Args:
-        problem: Arms, obstacles and start.
     """
     if problem.arms is None:
         return None
@@ -133,9 +129,6 @@ def goal_fault(problem: Problem) -> ArmFault | None:
     The arm's branch of the inverse kinematics is followed on the straight way to the goal. None is
     returned too where this cannot be told: a grip may turn at will, or an arm cannot go straight.
     What is broken at the start already may stay so.
-
-    Args:
-        problem: Arms, obstacles and goal.
     """
     turns = problem.moves[:, 3:].any(axis=1)
     if problem.arms is None or np.any(turns & ~np.array(problem.goal.oriented)):

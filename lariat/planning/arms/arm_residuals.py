@@ -31,30 +31,22 @@ if TYPE_CHECKING:
     from lariat.planning.arms.cell_arms import Arm
 
 
-@dataclass(frozen=True)
-class ArmResidualSettings:
-    """Margins and units of the residuals of arms."""
-
-    link_margin: float = 0.009
-    """Distance that links keep beyond their limit [m]."""
-    joint_margin: float = 0.06
-    """Angle that joints keep from the ends of their ranges [rad]."""
-    singularity_margin: float = 0.02
-    """Margin of the least singular value above its limit [m/rad]."""
-    radian: float = 300.0
-    """Millimetres that a missing radian counts as: about the motion of a grip [mm/rad]."""
-    singular_unit: float = 1000.0
-    """Millimetres that a missing unit of the singular value counts as [mm rad/m]."""
-    unreached_weight: float = 1.0
-    """Weight of a motion beyond the arm's reach."""
-    difference: float = 1e-4
-    """Change of a joint for the derivative of the least singular value [rad]."""
-    pairs_per_step: int = 6
-    """Most pairs of spheres of both arms that count at a step: the nearest ones."""
-
-
-ARM_RESIDUAL_SETTINGS = ArmResidualSettings()
-"""Default settings."""
+LINK_MARGIN = 0.009
+"""Distance that links keep beyond their limit [m]."""
+JOINT_MARGIN = 0.06
+"""Angle that joints keep from the ends of their ranges [rad]."""
+SINGULARITY_MARGIN = 0.02
+"""Margin of the least singular value above its limit [m/rad]."""
+RADIAN_UNIT = 300.0
+"""Millimetres that a missing radian counts as: about the motion of a grip [mm/rad]."""
+SINGULAR_UNIT = 1000.0
+"""Millimetres that a missing unit of the singular value counts as [mm rad/m]."""
+UNREACHED_WEIGHT = 1.0
+"""Weight of a motion beyond the arm's reach."""
+JOINT_DIFFERENCE = 1e-4
+"""Change of a joint for the derivative of the least singular value [rad]."""
+PAIRS_PER_STEP = 6
+"""Most pairs of spheres of both arms that count at a step: the nearest ones."""
 
 
 class _Step:
@@ -79,29 +71,18 @@ class _Step:
 class ArmResiduals:
     """Residuals of the arms of one problem."""
 
-    def __init__(
-        self, problem: Problem, settings: ArmResidualSettings = ARM_RESIDUAL_SETTINGS
-    ) -> None:
+    def __init__(self, problem: Problem) -> None:
         """Prepare the residuals.
-
-        Args:
-            problem: Arms and obstacles.
-            settings: Margins and units.
 
         Raises:
             ValueError: The problem has no arms.
         """
         if problem.arms is None:
             raise ValueError("the problem has no arms whose geometry is known")
-        self._problem, self._cell, self._settings = problem, problem.arms, settings
+        self._problem, self._cell = problem, problem.arms
 
     def of_path(self, path: BlockPath, displacements: BlockDisplacements) -> list[Residuals]:
-        """Return the residuals [mm] and their Jacobians by the displacements.
-
-        Args:
-            path: Discretisation.
-            displacements: Displacements of the rope's ends.
-        """
+        """Return the residuals [mm] and their Jacobians by the displacements."""
         whole = path.grips(displacements)
         positions, orientations = self._problem.grippers(*whole)
         residuals: list[Residuals] = []
@@ -150,7 +131,7 @@ class ArmResiduals:
         end: int,
     ) -> list[Residuals]:
         """Motion from the last pose in reach, of the steps that are beyond it."""
-        weight = MILLIMETRES * self._settings.unreached_weight
+        weight = MILLIMETRES * UNREACHED_WEIGHT
         straight = np.eye(3, 6)
         return [
             _by_displacements(weight * away, weight * straight, twists[k], end)
@@ -161,38 +142,38 @@ class ArmResiduals:
         self, arm: Arm, step: _Step
     ) -> list[tuple[Float64[np.ndarray, "r"], Float64[np.ndarray, "r 6"]]]:
         """Residuals of one arm at one step, and their Jacobians by the twist of its grip."""
-        s, problem = self._settings, self._problem
+        problem = self._problem
         residuals = []
         low, high = arm.kinematics.joint_range
-        below, above = low + s.joint_margin - step.joints, step.joints - high + s.joint_margin
+        below, above = low + JOINT_MARGIN - step.joints, step.joints - high + JOINT_MARGIN
         for lack, sign in ((below, -1.0), (above, 1.0)):
             (bad,) = np.nonzero(lack > 0.0)
             if len(bad):
                 residuals.append(
-                    (s.radian * lack[bad], sign * s.radian * step.joints_per_twist[bad])
+                    (RADIAN_UNIT * lack[bad], sign * RADIAN_UNIT * step.joints_per_twist[bad])
                 )
         residuals += self._singularity(arm, step)
-        keep_out = problem.limits.keep_out + s.link_margin
+        keep_out = problem.limits.keep_out + LINK_MARGIN
         solids = [o for o in problem.solid if o.shape != "half_space"]
         floors = [o for o in problem.solid if o.shape == "half_space"]
-        for obstacles, distance in ((solids, keep_out), (floors, s.link_margin)):
+        for obstacles, distance in ((solids, keep_out), (floors, LINK_MARGIN)):
             residuals += _near(step, obstacles, distance)
         return residuals
 
     def _singularity(
         self, arm: Arm, step: _Step
     ) -> list[tuple[Float64[np.ndarray, "1"], Float64[np.ndarray, "1 6"]]]:
-        s, kinematics = self._settings, arm.kinematics
-        moved = step.joints + s.difference * np.eye(len(step.joints))
+        kinematics = arm.kinematics
+        moved = step.joints + JOINT_DIFFERENCE * np.eye(len(step.joints))
         value, *values = kinematics.smallest_singular_values(np.vstack([step.joints, moved]))
-        lack = MIN_SINGULAR_VALUE + s.singularity_margin - value
+        lack = MIN_SINGULAR_VALUE + SINGULARITY_MARGIN - value
         if lack <= 0.0:
             return []
-        slope = (np.array(values) - value) / s.difference
+        slope = (np.array(values) - value) / JOINT_DIFFERENCE
         return [
             (
-                np.array([s.singular_unit * lack]),
-                -s.singular_unit * slope[None] @ step.joints_per_twist,
+                np.array([SINGULAR_UNIT * lack]),
+                -SINGULAR_UNIT * slope[None] @ step.joints_per_twist,
             )
         ]
 
@@ -204,7 +185,7 @@ class ArmResiduals:
         orientations: Float64[np.ndarray, "s 2 4"],
     ) -> list[Residuals]:
         """Missing distances between the bodies of both ends, the two grippers excepted."""
-        spacing = self._problem.limits.keep_out + self._settings.link_margin
+        spacing = self._problem.limits.keep_out + LINK_MARGIN
         residuals: list[Residuals] = []
         grippers = [
             self._cell.gripper_spheres(end, positions[:, end], orientations[:, end])
@@ -225,7 +206,7 @@ class ArmResiduals:
             distance = np.sqrt(np.einsum("ijc,ijc->ij", apart, apart))
             lack = spacing + left.radii[:, None] + right.radii - distance
             lack[: left.grippers, : right.grippers] = 0.0
-            near = np.argsort(-lack, axis=None)[: self._settings.pairs_per_step]
+            near = np.argsort(-lack, axis=None)[:PAIRS_PER_STEP]
             for i, j in zip(*np.unravel_index(near, lack.shape), strict=True):
                 if lack[i, j] <= 0.0:
                     break

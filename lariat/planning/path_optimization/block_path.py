@@ -2,26 +2,48 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.planning.path_optimization.settings import PathOptimizationSettings
 from lariat.planning.problem import Problem
 from lariat.rod import EDGE_AXIS
+
+BLOCKS = 12
+"""Number of blocks, in each of which both grips move by a constant displacement."""
+BLOCK_LENGTH = 0.08
+"""Motion of a grip above which a path has more blocks, one for each such length [m]."""
+MAX_BLOCKS = 32
+"""Largest number of blocks."""
+STEPS_PER_BLOCK = 3
+"""Number of implicit steps of the rod in a block."""
+SETTLING_STEPS = 2
+"""Number of steps without motion at the end."""
+STEP_TIME = 0.4
+"""Duration of a step [s], long against the swing's period, so that the rod follows at rest."""
+
+BLOCK_TIME = STEPS_PER_BLOCK * STEP_TIME
+"""Duration of a block [s]."""
 
 BlockDisplacements = Float64[np.ndarray, "k 2 6"]
 """Translation [m] and rotation vector [rad] of both grips in each block."""
 
 
+def blocks_of(length: float) -> int:
+    """Return the number of blocks of a path along which a grip moves by a length [m]."""
+    return min(max(BLOCKS, math.ceil(length / BLOCK_LENGTH)), MAX_BLOCKS)
+
+
 class BlockPath:
     """Maps the displacements in blocks to poses of the grips and actions of the rod."""
 
-    def __init__(self, problem: Problem, settings: PathOptimizationSettings) -> None:
-        self._problem, self._settings = problem, settings
-        blocks, steps = settings.blocks, settings.steps_per_block
+    def __init__(self, problem: Problem, blocks: int = BLOCKS) -> None:
+        self._problem, self._blocks = problem, blocks
+        steps = STEPS_PER_BLOCK
         self.block_of_step = np.concatenate(
-            [np.repeat(np.arange(blocks), steps), np.full(settings.settling_steps, blocks)]
+            [np.repeat(np.arange(blocks), steps), np.full(SETTLING_STEPS, blocks)]
         )
         """Block of each step of the rod; the last one is at rest."""
         block, step = np.divmod(np.arange(blocks * steps), steps)
@@ -30,21 +52,16 @@ class BlockPath:
         self.share: Float64[np.ndarray, "s k"] = share
         """Share of each block's displacement that is covered by the end of each step."""
 
-    @property
-    def block_time(self) -> float:
-        """Duration of a block [s]."""
-        return self._settings.steps_per_block * self._settings.step_time
-
     def actions(self, displacements: BlockDisplacements) -> Float64[np.ndarray, "k+1 2 6"]:
         """Return the velocities of the grips in each block, and zero for settling."""
         still = np.zeros((1, 2, 6))
-        return np.concatenate([displacements / self.block_time, still])
+        return np.concatenate([displacements / BLOCK_TIME, still])
 
     def grips(
         self, displacements: BlockDisplacements
     ) -> tuple[Float64[np.ndarray, "s 2 3"], Float64[np.ndarray, "s 2 4"]]:
         """Return positions [m] and orientations of both grips, at the start and after each step."""
-        steps = self._settings.steps_per_block
+        steps = STEPS_PER_BLOCK
         begin = np.stack([g.position for g in self._problem.grips])
         q = np.stack([g.orientation for g in self._problem.grips])
         positions = begin + np.einsum("sk,kec->sec", self.share, displacements[..., :3])
@@ -62,11 +79,11 @@ class BlockPath:
         self, orientations: Float64[np.ndarray, "s 2 4"]
     ) -> Float64[np.ndarray, "k 2 4"]:
         """Return the orientations after each block, out of those of `grips`."""
-        return orientations[self._settings.steps_per_block :: self._settings.steps_per_block]
+        return orientations[STEPS_PER_BLOCK::STEPS_PER_BLOCK]
 
     def translation_to_goal(self) -> Float64[np.ndarray, "k 2 3"]:
         """Return the even translation to the goal's grips [m]."""
-        problem, blocks = self._problem, self._settings.blocks
+        problem, blocks = self._problem, self._blocks
         pairs = zip(problem.goal.grips, problem.grips, strict=True)
         whole = np.stack([b.position - a.position for b, a in pairs]) * problem.moves[:, :3]
         return np.tile(whole / blocks, (blocks, 1, 1))
@@ -77,7 +94,7 @@ class BlockPath:
         Args:
             extra_turns: Whole turns of twist to add; both ends share them where both rotate.
         """
-        problem, blocks = self._problem, self._settings.blocks
+        problem, blocks = self._problem, self._blocks
         rotations = np.zeros((blocks, 2, 3))
         rotates = problem.moves[:, 3:].any(axis=1)
         left = -int(np.fix(extra_turns / 2)) if rotates.all() else -extra_turns * int(rotates[0])

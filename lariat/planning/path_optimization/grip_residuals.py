@@ -8,13 +8,18 @@ from jaxtyping import Float64
 from lariat.geometry import poses
 from lariat.geometry.grippers import axis_spacing, gripper_axis_distance
 from lariat.planning.path_optimization.block_path import BlockDisplacements, BlockPath
-from lariat.planning.path_optimization.settings import PathOptimizationSettings
 from lariat.planning.problem import Problem
 from lariat.rod.so3 import left_jacobian
 from lariat.safety.motion_contract import PATH_SPACING_MARGIN, PATH_WORKSPACE_MARGIN
 
 MILLIMETRES = 1e3
 """Millimetres per metre."""
+SMOOTHNESS_WEIGHT = 0.02
+"""Weight of the change of displacement from block to block."""
+EFFORT_WEIGHT = 0.01
+"""Weight of the displacements."""
+GRIP_DISTANCE_WEIGHT = 3.0
+"""Weight of a distance of the grips, or of the grippers, outside its limits."""
 
 Residuals = tuple[Float64[np.ndarray, "r"], Float64[np.ndarray, "r k 2 6"]]
 """Residuals, and their Jacobian with respect to the displacements."""
@@ -22,7 +27,6 @@ Residuals = tuple[Float64[np.ndarray, "r"], Float64[np.ndarray, "r k 2 6"]]
 
 def grip_residuals(
     problem: Problem,
-    settings: PathOptimizationSettings,
     path: BlockPath,
     displacements: BlockDisplacements,
     reserve: float,
@@ -31,16 +35,13 @@ def grip_residuals(
 
     Args:
         problem: Limits, and which orientations are prescribed.
-        settings: Weights.
-        path: Discretisation.
-        displacements: Displacements of the grips.
         reserve: Distance of the grippers beyond their limit [m].
     """
     # Lever arm that converts a rotation into a displacement: the rope's length over two pi.
     unit = np.where(np.arange(6) < 3, 1.0, problem.rod.properties.length / (2.0 * np.pi))
     unit = unit * MILLIMETRES
     scaled = _scaled_identity(len(displacements), unit)
-    residuals = _motion_residuals(settings, displacements, unit, scaled)
+    residuals = _motion_residuals(displacements, unit, scaled)
     whole = path.grips(displacements)
     residuals += [
         _orientation_residual(problem, unit[3:], path.block_ends(whole[1]), displacements, end)
@@ -48,9 +49,7 @@ def grip_residuals(
         if oriented
     ]
     positions, orientations = (part[1:] for part in whole)
-    residuals += _distance_residuals(
-        problem, settings, path.share, positions, orientations, reserve
-    )
+    residuals += _distance_residuals(problem, path.share, positions, orientations, reserve)
     return residuals + _workspace_residuals(problem, path.share, positions)
 
 
@@ -63,7 +62,6 @@ def _scaled_identity(
 
 
 def _motion_residuals(
-    settings: PathOptimizationSettings,
     displacements: BlockDisplacements,
     unit: Float64[np.ndarray, "6"],
     scaled: Float64[np.ndarray, "k 2 6 k 2 6"],
@@ -72,12 +70,11 @@ def _motion_residuals(
     padded = np.pad(displacements * unit, ((1, 1), (0, 0), (0, 0)))
     change = np.pad(scaled, ((1, 1), (0, 0), (0, 0), (0, 0), (0, 0), (0, 0)))
     size = (-1, len(displacements), 2, 6)
-    effort, smoothness = settings.effort_weight, settings.smoothness_weight
     return [
-        (effort * (displacements * unit).ravel(), effort * scaled.reshape(size)),
+        (EFFORT_WEIGHT * (displacements * unit).ravel(), EFFORT_WEIGHT * scaled.reshape(size)),
         (
-            smoothness * np.diff(padded, axis=0).ravel(),
-            smoothness * np.diff(change, axis=0).reshape(size),
+            SMOOTHNESS_WEIGHT * np.diff(padded, axis=0).ravel(),
+            SMOOTHNESS_WEIGHT * np.diff(change, axis=0).reshape(size),
         ),
     ]
 
@@ -104,7 +101,6 @@ def _orientation_residual(
 
 def _distance_residuals(
     problem: Problem,
-    settings: PathOptimizationSettings,
     share: Float64[np.ndarray, "s k"],
     positions: Float64[np.ndarray, "s 2 3"],
     orientations: Float64[np.ndarray, "s 2 4"],
@@ -130,7 +126,7 @@ def _distance_residuals(
             jacobian = np.zeros((len(bad), share.shape[1], 2, 6))
             pull = share[bad][:, :, None] * towards[bad][:, None, :]
             jacobian[:, :, 1, :3], jacobian[:, :, 0, :3] = pull, -pull
-            weight = settings.grip_distance_weight * MILLIMETRES
+            weight = GRIP_DISTANCE_WEIGHT * MILLIMETRES
             residuals.append((weight * excess, weight * jacobian))
     return residuals
 

@@ -61,7 +61,6 @@ class GripMotion:
 
         Args:
             a: First places; broadcast against the others.
-            b: Last places.
             turning: Whether rotations of the grips count.
         """
         (base_a, chord_a), (base_b, chord_b) = self._parts(a.positions), self._parts(b.positions)
@@ -81,8 +80,6 @@ class GripMotion:
         """Return the places at shares of the motions from `a` to `b`, (k h) of them.
 
         Args:
-            a: First places.
-            b: Last places.
             shares: Shares of each motion [-].
         """
         (base_a, chord_a), (base_b, chord_b) = self._parts(a.positions), self._parts(b.positions)

@@ -17,14 +17,20 @@ from lariat.geometry.obstacles import scene_distance
 from lariat.planning.problem import Problem
 from lariat.planning.tree_search.passages import Passages
 from lariat.planning.tree_search.sag import SagTable
-from lariat.planning.tree_search.settings import ThreadSettings
 
 UP = np.array([0.0, 0.0, 1.0])
 """Direction against which the rope sags."""
-
-
 SLOPE_SHARE = 0.02
 """Distance along the rope at which its slope is measured, relative to its length [-]."""
+TAUT_SHARE = 0.96
+"""Distance of the grips, relative to the longest permitted one [-]: the gateway asks that the
+rope reaches round what lies between the grips."""
+MOUTH_ROOM = 0.03
+"""Room beyond the margin with which a passage ends [m]."""
+MAX_DEPTH = 0.3
+"""Largest distance of a mouth from the middle of its passage [m]."""
+DEPTH_PROBES = 31
+"""Number of places at which the room is compared on the way to a mouth."""
 
 
 @dataclass(frozen=True)
@@ -46,17 +52,12 @@ def find_threads(
     sag: SagTable,
     margin: float,
     step: float,
-    settings: ThreadSettings,
 ) -> Threads:
     """Return two threads for each passage: either grip leads.
 
     Args:
-        problem: Start, goal and obstacles.
-        passages: Narrow passages.
-        sag: Sag of the rope.
         margin: Distance that the rope's centreline keeps from obstacles [m].
         step: Longest motion from place to place [m].
-        settings: Mouths of the passages, and how taut the rope is.
     """
     # A path that was not followed is replaced by one of another kind: the gateway may have refused
     # a rope that is taut round the edges of its passage.
@@ -65,10 +66,9 @@ def find_threads(
     onward = problem.goal.nodes.mean(axis=0) - problem.state.positions.mean(axis=0)
     back = passages.directions @ onward < 0.0
     ways = np.where(back[:, None], -passages.directions, passages.directions)
-    taut = settings.taut_share * problem.longest_grip_distance
+    taut = TAUT_SHARE * problem.longest_grip_distance
     before, after = (
-        0.5 * taut + _depth(problem, passages.places, sign * ways, margin, settings)
-        for sign in (-1.0, 1.0)
+        0.5 * taut + _depth(problem, passages.places, sign * ways, margin) for sign in (-1.0, 1.0)
     )
     count = 1 + int(np.ceil(np.max(before + after) / step))
     share = np.linspace(0.0, 1.0, count)
@@ -98,11 +98,10 @@ def _depth(
     places: Float64[np.ndarray, "p 3"],
     ways: Float64[np.ndarray, "p 3"],
     margin: float,
-    settings: ThreadSettings,
 ) -> Float64[np.ndarray, "p"]:
     """Distance from a place to the mouth of its passage along a way [m]."""
-    at = np.linspace(0.0, settings.max_depth, settings.depth_probes)
+    at = np.linspace(0.0, MAX_DEPTH, DEPTH_PROBES)
     probes = places[:, None] + at[:, None] * ways[:, None]
-    opened = scene_distance(probes, problem.solid) > margin + settings.mouth
+    opened = scene_distance(probes, problem.solid) > margin + MOUTH_ROOM
     first = np.where(opened.any(axis=1), np.argmax(opened, axis=1), len(at) - 1)
     return at[first]

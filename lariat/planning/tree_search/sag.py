@@ -17,11 +17,7 @@ class SagTable:
     """Sag between level grips along the line between them."""
 
     def __init__(self, rod: Rod) -> None:
-        """Lay the rope at rest at several distances of its grips.
-
-        Args:
-            rod: The rope.
-        """
+        """Lay the rope at rest at several distances of its grips."""
         self._length = rod.properties.length
         along = poses.rotation_between(EDGE_AXIS, np.array([1.0, 0.0, 0.0]))
         self._sags = np.zeros((len(SHARES), rod.node_count))

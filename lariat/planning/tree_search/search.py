@@ -20,13 +20,37 @@ from lariat.planning.problem import Problem
 from lariat.planning.tree_search.grip_motion import GripMotion, Grips
 from lariat.planning.tree_search.sag import SagTable
 from lariat.planning.tree_search.sampling import GripSampler, Samples
-from lariat.planning.tree_search.settings import TREE_SEARCH_SETTINGS, TreeSearchSettings
 from lariat.planning.tree_search.shape_check import ShapeCheck
 from lariat.planning.tree_search.tree import ShapeTree
 from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns, state_along
 
 STEP_TIME = 0.4
 """Duration of a step of the coarse rod [s], long against its swing, so that it follows at rest."""
+EDGE_LENGTH = 0.03
+"""Length of an edge of the coarse rope [m], as far as its number of nodes permits."""
+NODE_COUNTS = (16, 40)
+"""Least and largest number of nodes of the coarse rope."""
+STEP = 0.025
+"""Motion of a grip in one step of the rod, rotation included by its lever arm [m]."""
+STEPS_PER_EXTENSION = 5
+"""Number of steps by which a tree grows towards a sample."""
+BATCH_SIZE = 16
+"""Number of samples of an iteration, which are rolled out in one launch."""
+CONNECTION_COUNT = 4
+"""Number of new nodes of an iteration that the other tree tries to reach."""
+MAX_CONNECTION_EXTENSIONS = 10
+"""Largest number of extensions in a row towards a node of the other tree."""
+MAX_JUMP = 4.0
+"""Motion of a rope's node in a step, in steps of the grips, above which the rope snaps over to
+another shape and the tree does not grow [-]."""
+SAME_SHAPE_DISTANCE = 0.02
+"""Mean node distance below which two shapes between the same grips are the same [m]."""
+SHORTCUT_ROUNDS = 14
+"""Number of rounds in which shortcuts are tried."""
+SHORTCUT_BATCH = 12
+"""Number of shortcuts of a round."""
+THREADS_PER_ITERATION = 4
+"""Number of threads whose mouths a tree seeks in an iteration; all of them in its first."""
 ROD_TOLERANCE = 1e-5
 """Tolerance of the coarse rod's solver [m]."""
 
@@ -51,23 +75,19 @@ class TreeSearch:
         problem: Problem,
         clearance: float,
         seed: int = 0,
-        settings: TreeSearchSettings = TREE_SEARCH_SETTINGS,
     ) -> None:
         """Prepare both trees.
 
         Args:
-            problem: Start, goal and obstacles.
             clearance: Clearance on the way, near start and goal excepted [m].
-            seed: Seed of the samples, in addition to the problem's.
-            settings: Resolution, effort and samples.
 
         Raises:
             ValueError: The rope has no shape at rest at the goal.
         """
-        self._problem, self._settings = problem, settings
+        self._problem = problem
         properties = problem.rod.properties
-        least, most = settings.node_counts
-        node_count = 1 + round(properties.length / settings.edge_length)
+        least, most = NODE_COUNTS
+        node_count = 1 + round(properties.length / EDGE_LENGTH)
         count = min(int(np.clip(node_count, least, most)), problem.rod.node_count)
         self._rod = Rod(properties, count, tolerance=ROD_TOLERANCE)
         self._supports = problem.packed_supports
@@ -79,10 +99,10 @@ class TreeSearch:
         roots = (Grips.of(problem.grips), start), (Grips.of(goal_grips), goal)
         self._trees = [ShapeTree(self._motion, grips, state) for grips, state in roots]
         self._check = ShapeCheck(
-            problem, clearance, [(state.positions, grips) for grips, state in roots], settings
+            problem, clearance, [(state.positions, grips) for grips, state in roots]
         )
         self._sampler = GripSampler(
-            problem, self._motion, SagTable(self._rod), clearance, seed, settings
+            problem, self._motion, SagTable(self._rod), clearance, seed, STEP
         )
         self._random = np.random.default_rng([problem.seed, seed, 3])
         self._open_threads = [list(range(len(self._sampler.threads))) for _ in self._trees]
@@ -137,9 +157,9 @@ class TreeSearch:
 
     def _grow(self, side: int) -> np.ndarray:
         """Grow a tree towards samples; return the last new nodes of its branches."""
-        s, tree = self._settings, self._trees[side]
-        samples = self._sampler.sample(s.batch)
-        root = tree.grips[np.zeros(s.batch, dtype=int)]
+        tree = self._trees[side]
+        samples = self._sampler.sample(BATCH_SIZE)
+        root = tree.grips[np.zeros(BATCH_SIZE, dtype=int)]
         rough = self._motion.placed(samples.middles, samples.chords, root)
         nearest = tree.nearest(rough, turning=False)
         targets = self._sampler.grips(samples, tree.grips[nearest])
@@ -148,9 +168,9 @@ class TreeSearch:
 
     def _thread(self, side: int) -> np.ndarray:
         """Grow a tree to the mouths of narrow passages, and lengthwise through them."""
-        s, tree, waiting = self._settings, self._trees[side], self._open_threads[side]
+        tree, waiting = self._trees[side], self._open_threads[side]
         first = len(tree) == 1
-        some = waiting if first else waiting[: s.threads.per_iteration]
+        some = waiting if first else waiting[:THREADS_PER_ITERATION]
         if not some:
             return np.zeros(0, dtype=int)
         threads, travel = self._sampler.threads, slice(None, None, 1 if side == 0 else -1)
@@ -163,7 +183,7 @@ class TreeSearch:
         targets = self._sampler.grips(mouths, tree.grips[nearest])
         last, arrived = nearest.copy(), np.zeros(len(some), dtype=bool)
         going = ~arrived
-        for _ in range(s.max_connection_extensions if first else 1):
+        for _ in range(MAX_CONNECTION_EXTENSIONS if first else 1):
             before = last[going]
             last[going], arrived[going] = self._extend(side, before, targets[going])
             going[going] = (last[going] != before) & ~arrived[going]
@@ -203,13 +223,13 @@ class TreeSearch:
 
     def _connect(self, side: int, new: np.ndarray) -> Grips | None:
         """Grow the other tree towards new nodes; return the path if they meet."""
-        s, tree, other = self._settings, self._trees[side], self._trees[1 - side]
+        tree, other = self._trees[side], self._trees[1 - side]
         targets = tree.grips[new]
         nearest = other.nearest(targets, turning=True)
         away = self._motion.length(targets, other.grips[nearest])
-        order = np.argsort(away, kind="stable")[: s.connections]
+        order = np.argsort(away, kind="stable")[:CONNECTION_COUNT]
         new, here = new[order], nearest[order]
-        for _ in range(s.max_connection_extensions):
+        for _ in range(MAX_CONNECTION_EXTENSIONS):
             last, arrived = self._extend(1 - side, here, tree.grips[new])
             for node, at in zip(new[arrived], last[arrived], strict=True):
                 path = self._joined(side, int(node), int(at))
@@ -226,7 +246,7 @@ class TreeSearch:
         tree, other = self._trees[side], self._trees[1 - side]
         one, two = tree.states[node], other.states[at]
         apart = polylines.mean_node_distance(one.positions, two.positions)
-        if apart > self._settings.same_shape or count_turns(one) != count_turns(two):
+        if apart > SAME_SHAPE_DISTANCE or count_turns(one) != count_turns(two):
             return None
         at_start, at_goal = (node, at) if side == 0 else (at, node)
         grips = Grips.joined(
@@ -235,24 +255,24 @@ class TreeSearch:
         )
         states, clear = self._followed(self._trees[0].states[0], grips)
         end = polylines.mean_node_distance(states[-1].positions, self._goal.positions)
-        return grips if clear and end < self._settings.same_shape else None
+        return grips if clear and end < SAME_SHAPE_DISTANCE else None
 
     def _extend(
         self, side: int, nodes: np.ndarray, targets: Grips
     ) -> tuple[np.ndarray, np.ndarray]:
         """Grow branches from nodes towards targets, as far as all shapes are clear."""
-        s, tree = self._settings, self._trees[side]
+        tree = self._trees[side]
         start = tree.grips[nodes]
-        counts = np.maximum(np.ceil(self._motion.length(start, targets) / s.step), 1.0)
-        shares = np.minimum(np.arange(1, s.steps_per_extension + 1) / counts[:, None], 1.0)
+        counts = np.maximum(np.ceil(self._motion.length(start, targets) / STEP), 1.0)
+        shares = np.minimum(np.arange(1, STEPS_PER_EXTENSION + 1) / counts[:, None], 1.0)
         grips = self._motion.between(start, targets, shares)
         states, clear = self._rolled([tree.states[k] for k in nodes], start, grips)
         last, arrived = nodes.copy(), np.zeros(len(nodes), dtype=bool)
         for b in range(len(nodes)):
-            for h in range(s.steps_per_extension):
+            for h in range(STEPS_PER_EXTENSION):
                 if not clear[b, h] or arrived[b]:
                     break
-                k = b * s.steps_per_extension + h
+                k = b * STEPS_PER_EXTENSION + h
                 last[b] = tree.add(int(last[b]), grips[k : k + 1], states(b, h))
                 arrived[b] = shares[b, h] >= 1.0
         return last, arrived
@@ -282,7 +302,7 @@ class TreeSearch:
         )
         both = self._check.clear(np.concatenate([flat, half]), Grips.joined(grips, middle))
         clear = (both[: len(flat)] & both[len(flat) :]).reshape(count, steps)
-        clear &= moved < self._settings.jump * self._settings.step
+        clear &= moved < MAX_JUMP * STEP
         clear &= np.stack([r.converged for r in rollouts])
 
         def state(b: int, h: int) -> RodState:
@@ -314,18 +334,17 @@ class TreeSearch:
 
     def _shortened(self, grips: Grips) -> Grips:
         """Path with random shortcuts wherever the rope can take them."""
-        s = self._settings
-        for _ in range(s.shortcut_rounds):
+        for _ in range(SHORTCUT_ROUNDS):
             states, _ = self._followed(self._trees[0].states[0], grips)
             count = len(grips)
             if count < 4:
                 break
-            pairs = np.sort(self._random.integers(0, count, (s.shortcut_batch, 2)), axis=1)
+            pairs = np.sort(self._random.integers(0, count, (SHORTCUT_BATCH, 2)), axis=1)
             pairs = pairs[pairs[:, 1] - pairs[:, 0] > 1]
             if not len(pairs):
                 continue
             start, target = grips[pairs[:, 0]], grips[pairs[:, 1]]
-            counts = np.maximum(np.ceil(self._motion.length(start, target) / s.step), 1).astype(int)
+            counts = np.maximum(np.ceil(self._motion.length(start, target) / STEP), 1).astype(int)
             shorter = counts < pairs[:, 1] - pairs[:, 0]
             pairs, counts = pairs[shorter], counts[shorter]
             if not len(pairs):
@@ -338,7 +357,7 @@ class TreeSearch:
             for b in np.argsort(-gains, kind="stable"):
                 end = state(b, counts.max() - 1)
                 same = polylines.mean_node_distance(end.positions, states[pairs[b, 1]].positions)
-                if not clear[b].all() or same > s.same_shape:
+                if not clear[b].all() or same > SAME_SHAPE_DISTANCE:
                     continue
                 first = b * counts.max()
                 cut = Grips.joined(
@@ -348,7 +367,7 @@ class TreeSearch:
                 )
                 after, whole = self._followed(self._trees[0].states[0], cut)
                 miss = polylines.mean_node_distance(after[-1].positions, self._goal.positions)
-                if whole and miss < s.same_shape:
+                if whole and miss < SAME_SHAPE_DISTANCE:
                     grips = cut
                     break
         return grips
@@ -360,9 +379,7 @@ def pose_displacements(
     """Return a path as displacements in blocks of equal length: translation [m], rotation [rad].
 
     Args:
-        grips: Places of both grips.
         lengths: Motion from place to place [m].
-        blocks: Number of blocks.
     """
     at = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, 1e-9))])
     block_ends = np.linspace(0.0, at[-1], blocks + 1)

@@ -10,8 +10,12 @@ from lariat.geometry.obstacles import scene_distance
 from lariat.geometry.polylines import with_midpoints
 from lariat.planning.problem import Problem
 from lariat.planning.tree_search.grip_motion import Grips
-from lariat.planning.tree_search.settings import TreeSearchSettings
 from lariat.safety.motion_contract import PATH_SPACING_MARGIN, PATH_WORKSPACE_MARGIN
+
+START_RELAXATION = 1e-3
+"""Clearance by which a path may fall short of that of start and goal, near them [m]."""
+RELAXATION_SLOPE = 0.5
+"""Increase of the required clearance with the rope's distance from start or goal [-]."""
 
 
 class ShapeCheck:
@@ -22,17 +26,13 @@ class ShapeCheck:
         problem: Problem,
         clearance: float,
         ends: list[tuple[Float64[np.ndarray, "n 3"], Grips]],
-        settings: TreeSearchSettings,
     ) -> None:
         """Create the check.
 
         Args:
-            problem: Obstacles, limits and sizes.
             clearance: Clearance of the rope on the way [m].
-            ends: Nodes and grips at the start and at the goal.
-            settings: Relaxation near them.
         """
-        self._problem, self._settings = problem, settings
+        self._problem = problem
         self._clearance = clearance
         self._body = max(clearance, problem.limits.keep_out)
         limits = problem.limits
@@ -51,9 +51,8 @@ class ShapeCheck:
 
         Args:
             nodes: Nodes of the rope [m].
-            grips: Grips that hold it.
         """
-        limits, s = self._problem.limits, self._settings
+        limits = self._problem.limits
         rope, body = self._distances(nodes, grips)
         least_rope, least_body = (
             np.full(len(nodes), self._clearance),
@@ -64,7 +63,7 @@ class ShapeCheck:
         body_spacing = np.full(len(nodes), self._spacing)
         for end, own, own_body, own_apart, own_bodies in self._ends:
             away = np.linalg.norm(nodes - end, axis=2).max(axis=1)
-            more = s.relaxation_slope * away - s.start_relaxation
+            more = RELAXATION_SLOPE * away - START_RELAXATION
             least_rope = np.minimum(least_rope, own + more)
             least_body = np.minimum(least_body, own_body + more)
             spacing = np.minimum(spacing, own_apart + more)

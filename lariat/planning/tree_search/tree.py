@@ -13,13 +13,7 @@ class ShapeTree:
     """Nodes of a tree: grips, the rod between them, and the node from which each is reached."""
 
     def __init__(self, motion: GripMotion, grips: Grips, state: RodState) -> None:
-        """Create the tree with its root.
-
-        Args:
-            motion: Metric.
-            grips: Grips of the root.
-            state: Rod at rest between them.
-        """
+        """Create the tree with its root."""
         self._motion = motion
         self._capacity = 256
         self._positions = np.zeros((self._capacity, 2, 3))
@@ -57,7 +51,6 @@ class ShapeTree:
         """Return the node nearest to each target.
 
         Args:
-            targets: Grips.
             turning: Whether the orientations of the targets count.
         """
         here = Grips(self.grips.positions[None], self.grips.orientations[None])

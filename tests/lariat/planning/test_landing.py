@@ -8,7 +8,7 @@ from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle, chain_clearance, pack, signed_distance
 from lariat.geometry.poses import Pose
-from lariat.planning.landing import LANDING_SETTINGS, landed, landing
+from lariat.planning.landing import HOVER_CLEARANCE, LIFT_STEP, landed, landing
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.whole_path import plan
 from lariat.rod import Rod, RodProperties
@@ -124,8 +124,7 @@ def test_the_grips_hover_no_higher_than_the_rope_needs(over_the_bar: Problem):
     found = landing(over_the_bar)
     assert found is not None
     gap = chain_clearance(found.approach.goal.nodes, over_the_bar.radius, [BAR])
-    step = LANDING_SETTINGS.lift_step
-    assert LANDING_SETTINGS.hover_clearance - 1e-3 < gap < LANDING_SETTINGS.hover_clearance + step
+    assert HOVER_CLEARANCE - 1e-3 < gap < HOVER_CLEARANCE + LIFT_STEP
 
 
 def test_a_rope_without_room_above_its_support_is_laid_onto_it_all_the_same(

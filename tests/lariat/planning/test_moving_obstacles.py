@@ -12,7 +12,9 @@ from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.geometry.obstacles import Obstacle, chain_clearance
 from lariat.planning.cell_problem import scenario_problem
 from lariat.planning.moving_obstacles import (
-    DEPARTURE_SETTINGS,
+    DEPARTURE_WINDOW,
+    FORESIGHT,
+    SWEEP_STEP,
     MovingObstacle,
     departure,
     plan_departure,
@@ -77,8 +79,7 @@ def test_path_waits_until_the_obstacle_has_passed():
     found = departure(problem(), path, [moving], 1.0)
     assert found is not None
     assert found.after > 1.5
-    settings = DEPARTURE_SETTINGS
-    for late in np.linspace(0.0, settings.window + settings.foresight, 5):
+    for late in np.linspace(0.0, DEPARTURE_WINDOW + FORESIGHT, 5):
         assert least_clearance(path, moving, found.after + late) >= problem().clearance
     # Not a second later than needed.
     assert least_clearance(path, moving, found.after - 1.0) < problem().clearance
@@ -117,4 +118,4 @@ def test_swept_places_lie_close_to_each_other():
     places = np.array([o.position for o in swept_places(moving, 1.0)])
     assert places[:, 0].max() == 0.0
     assert places[:, 0].min() == -0.2
-    assert np.max(np.abs(np.diff(places[:, 0]))) <= DEPARTURE_SETTINGS.sweep_step + 1e-9
+    assert np.max(np.abs(np.diff(places[:, 0]))) <= SWEEP_STEP + 1e-9

@@ -9,11 +9,9 @@ import pytest
 
 from lariat.planning import whole_path
 from lariat.planning.cell_problem import scenario_problem
-from lariat.planning.planning_time import PlanningTime
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.settings import PlannerSettings
 from lariat.planning.shorter_path import stay
-from lariat.planning.whole_path import plan
+from lariat.planning.whole_path import PlanningTime, plan
 from lariat.scenario import load
 
 SCENARIO = Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml"
@@ -33,8 +31,8 @@ def test_time_is_over_when_the_process_has_computed_longer():
 def test_plan_that_runs_out_of_time_says_so(monkeypatch: pytest.MonkeyPatch):
     problem = scenario_problem(load(SCENARIO))
 
-    def blocked(problem: Problem, settings: PlannerSettings, time: PlanningTime) -> WholePath:
-        time.is_over()
+    def blocked(problem: Problem, clock: PlanningTime) -> WholePath:
+        clock.is_over()
         return stay(problem, "blocked: a wall")
 
     monkeypatch.setattr(whole_path, "_plan", blocked)

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle
+from lariat.planning.path_optimization.block_path import BLOCKS
 from lariat.planning.problem import Problem
 from lariat.planning.seeds import lift_offsets, seed_paths, sidestep_offsets
 from tests.lariat.planning.test_whole_path import behind_the_wall
 
 __all__ = ["behind_the_wall"]
-BLOCKS = 12
 
 
 def ends(problem: Problem) -> np.ndarray:
@@ -20,7 +20,7 @@ def ends(problem: Problem) -> np.ndarray:
 
 
 def test_every_seed_ends_at_the_grips_of_the_goal(behind_the_wall: Problem) -> None:
-    seeds = seed_paths(behind_the_wall, BLOCKS)
+    seeds = seed_paths(behind_the_wall)
     assert len(seeds) > 12
     for displacements in seeds:
         assert displacements.shape == (BLOCKS, 2, 3)
@@ -29,7 +29,7 @@ def test_every_seed_ends_at_the_grips_of_the_goal(behind_the_wall: Problem) -> N
 
 def test_the_first_seed_is_straight(behind_the_wall: Problem) -> None:
     even = np.broadcast_to(ends(behind_the_wall) / BLOCKS, (BLOCKS, 2, 3))
-    np.testing.assert_allclose(seed_paths(behind_the_wall, BLOCKS)[0], even, atol=1e-12)
+    np.testing.assert_allclose(seed_paths(behind_the_wall)[0], even, atol=1e-12)
 
 
 def test_the_highest_lift_brings_the_rope_over_the_highest_obstacle(
@@ -62,12 +62,12 @@ def test_a_fixed_grip_stays_in_every_seed(behind_the_wall: Problem) -> None:
     moves = behind_the_wall.moves.copy()
     moves[0] = False
     fixed = replace(behind_the_wall, moves=moves)
-    for displacements in seed_paths(fixed, BLOCKS):
+    for displacements in seed_paths(fixed):
         assert not displacements[:, 0].any()
 
 
 def test_another_seed_gives_other_random_paths(behind_the_wall: Problem) -> None:
-    again, same = (np.array(seed_paths(behind_the_wall, BLOCKS)) for _ in range(2))
-    other = np.array(seed_paths(replace(behind_the_wall, seed=1), BLOCKS))
+    again, same = (np.array(seed_paths(behind_the_wall)) for _ in range(2))
+    other = np.array(seed_paths(replace(behind_the_wall, seed=1)))
     assert np.array_equal(again, same)
     assert not np.allclose(again, other)

@@ -19,7 +19,7 @@ def optimizer(behind_the_wall: Problem) -> PathOptimizer:
 
 @pytest.fixture(scope="module")
 def seeds(behind_the_wall: Problem, optimizer: PathOptimizer) -> list[PathCandidate]:
-    return optimizer.evaluate(seed_paths(behind_the_wall, optimizer.settings.blocks)[:3])
+    return [optimizer.translated(seed) for seed in seed_paths(behind_the_wall)[:2]]
 
 
 def test_refinement_lowers_the_cost_and_the_shortfall(
@@ -35,16 +35,15 @@ def test_refinement_lowers_the_cost_and_the_shortfall(
 def test_the_gradient_is_the_derivative_of_half_the_cost(
     optimizer: PathOptimizer, seeds: list[PathCandidate], share: float
 ) -> None:
-    (candidate,) = optimizer._rolled_out([share * optimizer.refine(seeds[0], 1).displacements])
+    candidate = optimizer.follow(share * optimizer.refine(seeds[0], 1).displacements)
     _, gradient = optimizer._normal_equations(candidate)
     moves = np.zeros((2, 6), dtype=bool)
     moves[:, :3] = True
     direction = np.random.default_rng(0).normal(size=len(gradient))
     change = np.zeros_like(candidate.displacements)
     change[:, moves] = 1e-5 * direction.reshape(len(change), -1)
-    ahead, behind = optimizer._rolled_out(
-        [candidate.displacements + change, candidate.displacements - change]
-    )
+    ahead = optimizer.follow(candidate.displacements + change)
+    behind = optimizer.follow(candidate.displacements - change)
     slope = (ahead.cost - behind.cost) / 4e-5
     assert slope == pytest.approx(float(gradient @ direction), rel=0.02)
 
@@ -67,8 +66,7 @@ def tunnelling(behind_the_wall: Problem) -> tuple[Problem, PathOptimizer, PathCa
     # The wall stands halfway between two steps.
     problem = far_behind_a_thin_wall(behind_the_wall, -0.12 + 18.5 / 36.0 * 0.7)
     optimizer = PathOptimizer(problem, 0.0)
-    (straight,) = optimizer.evaluate(seed_paths(problem, optimizer.settings.blocks)[:1])
-    return problem, optimizer, straight
+    return problem, optimizer, optimizer.translated(seed_paths(problem)[0])
 
 
 def test_a_path_that_is_clear_at_all_steps_but_jumps_over_a_wall_is_short_of_clearance(
@@ -87,9 +85,8 @@ def test_the_gradient_counts_what_lies_between_the_steps(
     _, gradient = optimizer._normal_equations(straight)
     change = np.zeros_like(straight.displacements)
     change[4, :, 1] = 1e-5
-    ahead, behind = optimizer._rolled_out(
-        [straight.displacements + change, straight.displacements - change]
-    )
+    ahead = optimizer.follow(straight.displacements + change)
+    behind = optimizer.follow(straight.displacements - change)
     slope = (ahead.cost - behind.cost) / 4e-5
     moves = np.zeros((2, 6), dtype=bool)
     moves[:, :3] = True

@@ -9,10 +9,10 @@ from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
 from lariat.planning.problem import Problem
+from lariat.planning.tree_search import passage_traversals
 from lariat.planning.tree_search.passage_traversals import Threads, find_threads
 from lariat.planning.tree_search.passages import Passages, find_passages
 from lariat.planning.tree_search.sag import SagTable
-from lariat.planning.tree_search.settings import PassageSettings, ThreadSettings
 from lariat.planning.whole_path import plan
 from lariat.rod import EDGE_AXIS
 from lariat.scenario.sections import Limits
@@ -41,13 +41,15 @@ def narrow(behind_the_wall: Problem) -> Problem:
 def threads(narrow: Problem) -> Threads:
     passage = Passages(CENTRE[None], np.array([[0.0, -1.0, 0.0]]))
     sag = SagTable(narrow.rod)
-    return find_threads(narrow, passage, sag, 0.006, 0.025, ThreadSettings(taut_share=0.98))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(passage_traversals, "TAUT_SHARE", 0.98)
+        return find_threads(narrow, passage, sag, 0.006, 0.025)
 
 
 def test_the_middle_of_a_narrow_window_is_found(narrow: Problem) -> None:
     low, high = np.array([-0.3, -0.3, 0.1]), np.array([0.3, 0.3, 0.5])
     random = np.random.default_rng(0)
-    found = find_passages(narrow, low, high, 0.0055, random, PassageSettings())
+    found = find_passages(narrow, low, high, 0.0055, random)
     away = np.linalg.norm(found.places[:, [0, 2]] - CENTRE[[0, 2]], axis=1)
     assert away.min() < 0.002
     assert abs(found.directions[np.argmin(away), 1]) > 0.95
@@ -81,7 +83,7 @@ def test_a_path_that_replaces_one_that_was_not_followed_uses_no_threads(narrow: 
     passage = Passages(CENTRE[None], np.array([[0.0, 1.0, 0.0]]))
     careful = replace(narrow, clearance=0.005, spare_clearance=0.003)
     sag = SagTable(narrow.rod)
-    assert not len(find_threads(careful, passage, sag, 0.006, 0.025, ThreadSettings()))
+    assert not len(find_threads(careful, passage, sag, 0.006, 0.025))
 
 
 def test_a_fixed_end_has_no_threads(narrow: Problem) -> None:
@@ -91,4 +93,4 @@ def test_a_fixed_end_has_no_threads(narrow: Problem) -> None:
     problem = replace(narrow, moves=moves, obstacles=(wall,))
     passage = Passages(CENTRE[None], np.array([[0.0, 1.0, 0.0]]))
     sag = SagTable(narrow.rod)
-    assert not len(find_threads(problem, passage, sag, 0.006, 0.025, ThreadSettings()))
+    assert not len(find_threads(problem, passage, sag, 0.006, 0.025))

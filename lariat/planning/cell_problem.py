@@ -10,15 +10,14 @@ import numpy as np
 
 from lariat.control.run.goals import GoalFactory
 from lariat.geometry import polylines
-from lariat.geometry.obstacles import Obstacle, pack_supports
+from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.planning.moving_obstacles import Departure, divided, plan_departure
 from lariat.planning.problem import Problem
 from lariat.planning.rope_model import RopeModel
 from lariat.planning.whole_path import plan
-from lariat.rod import Rod, RodState, add_turns
+from lariat.rod import RodState
 from lariat.scenario import SIDES, Goal, Scenario
-from lariat.scenario.rod_properties import rod_properties
 
 if TYPE_CHECKING:
     from lariat.planning.arms.cell_arms import CellArms
@@ -86,19 +85,13 @@ def scenario_problem(scenario: Scenario) -> Problem:
         ValueError: The rope has no shape at rest at the start or at the goal.
     """
     rope, start = scenario.rope, scenario.start
-    rod = Rod(rod_properties(rope), rope.node_count)
-    grips = scenario.grips(start)
-    packed = pack_supports(scenario.bodies)
-    state = rod.rest(*grips, obstacles=packed).state
-    if start.turns:
-        guess = add_turns(state, round(start.turns))
-        state = rod.rest(*grips, guess=guess, obstacles=packed).state
-    goal = GoalFactory(scenario, rod, grips).from_shape(scenario.goal)
+    model, grips = RopeModel(rope, scenario.moves), scenario.grips(start)
+    state = model.rest_state(grips, None, scenario.bodies, round(start.turns or 0))
+    goal = GoalFactory(scenario, model.rod, grips).from_shape(scenario.goal)
     if len(goal.nodes) != rope.node_count:
         goal = replace(goal, nodes=polylines.resample_smooth(goal.nodes, rope.node_count))
     still, _ = divided(scenario.bodies, scenario.obstacle_motions(), 0.0)
     # The rest of the rope has been fitted to a part that counts.
-    model = RopeModel(rope, scenario.moves)
     return problem_of(scenario, model, state, grips, replace(goal, part=None), still)
 
 

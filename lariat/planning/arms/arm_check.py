@@ -92,7 +92,7 @@ def arm_fault(
     solved = sorted({*range(0, last, SOLVED_STRIDE), last})
     bodies: dict[int, Spheres] = {}
     for end, arm in cell.arms.items():
-        joints = JointConstraints(arm.kinematics, problem.limits, JOINT_SPEED_SHARE, 1.0)
+        joints = JointConstraints(arm, problem.limits, JOINT_SPEED_SHARE, 1.0)
         joints.set_joints(tuple(cell.joints[end]))
         fault = joints.broken(
             positions[:, end], orientations[:, end], solved, collision, margin, dt
@@ -165,20 +165,20 @@ def _standing_slacks(
             first, last = (Pose(positions[j, end], orientations[j, end]) for j in (k - 1, k))
             joints = rows[-1]
             for share in np.linspace(0.0, 1.0, STEPS_TO_GOAL + 1)[1:]:
-                solution = arm.kinematics.solve(interpolate(first, last, float(share)), joints)
+                solution = arm.solve(interpolate(first, last, float(share)), joints)
                 if solution is None:
                     return None
                 joints = solution
             rows.append(joints)
         path = np.array(rows)
-        low, high = arm.kinematics.joint_range
-        links = Spheres(*arm.kinematics.link_spheres(path))
+        low, high = arm.joint_range
+        links = Spheres(*arm.link_spheres(path))
         slacks[SIDES[end]] = {
             "joint_limits": np.min(np.minimum(path - low, high - path), axis=1),
-            "singularity": singularity_slack(arm.kinematics, path),
+            "singularity": singularity_slack(arm, path),
             **collision.slacks(links.centres, links.radii),
         }
-        centres, radii = arm.kinematics.base_spheres
+        centres, radii = arm.base_spheres
         base = np.broadcast_to(centres, (len(path), *centres.shape))
         bodies[end] = Spheres.joined([links, Spheres(base, radii)])
     both = [_with_gripper(cell, end, bodies, positions, orientations) for end in (0, 1)]

@@ -28,7 +28,6 @@ from lariat.safety.constraints.singularity import MIN_SINGULAR_VALUE
 if TYPE_CHECKING:
     # Only a cell with arms needs Pinocchio.
     from lariat.arms.kinematics import Joints, UrdfKinematics
-    from lariat.planning.arms.cell_arms import Arm
 
 
 LINK_MARGIN = 0.009
@@ -41,8 +40,6 @@ RADIAN_UNIT = 300.0
 """Millimetres that a missing radian counts as: about the motion of a grip [mm/rad]."""
 SINGULAR_UNIT = 1000.0
 """Millimetres that a missing unit of the singular value counts as [mm rad/m]."""
-UNREACHED_WEIGHT = 1.0
-"""Weight of a motion beyond the arm's reach."""
 JOINT_DIFFERENCE = 1e-4
 """Change of a joint for the derivative of the least singular value [rad]."""
 PAIRS_PER_STEP = 6
@@ -92,7 +89,12 @@ class ArmResiduals:
             twists[end] = _twists(path, whole[1], displacements, end)
             steps, unreached = self._solved(arm, end, positions[1:, end], orientations[1:, end])
             rows[end] = steps
-            residuals += self._unreached(unreached, twists[end], end)
+            residuals += [
+                _by_displacements(
+                    MILLIMETRES * away, MILLIMETRES * np.eye(3, 6), twists[end][k], end
+                )
+                for k, away in unreached
+            ]
             for step, row in enumerate(steps):
                 if row is not None:
                     residuals += [
@@ -104,47 +106,33 @@ class ArmResiduals:
 
     def _solved(
         self,
-        arm: Arm,
+        arm: UrdfKinematics,
         end: int,
         positions: Float64[np.ndarray, "s 3"],
         orientations: Float64[np.ndarray, "s 4"],
     ) -> tuple[list[_Step | None], list[tuple[int, Float64[np.ndarray, "3"]]]]:
         """Arm at each step, and the motions from the last pose in reach to those beyond it."""
         joints = self._cell.joints[end]
-        last = arm.kinematics.grip(joints).position
+        last = arm.grip(joints).position
         steps: list[_Step | None] = []
         unreached = []
         for k, (position, orientation) in enumerate(zip(positions, orientations, strict=True)):
-            solved = arm.kinematics.solve(Pose(position, orientation), joints)
+            solved = arm.solve(Pose(position, orientation), joints)
             if solved is None:
                 steps.append(None)
                 unreached.append((k, position - last))
             else:
                 joints, last = solved, position
-                steps.append(_Step(arm.kinematics, joints))
+                steps.append(_Step(arm, joints))
         return steps, unreached
 
-    def _unreached(
-        self,
-        unreached: Sequence[tuple[int, Float64[np.ndarray, "3"]]],
-        twists: Float64[np.ndarray, "s 6 k 6"],
-        end: int,
-    ) -> list[Residuals]:
-        """Motion from the last pose in reach, of the steps that are beyond it."""
-        weight = MILLIMETRES * UNREACHED_WEIGHT
-        straight = np.eye(3, 6)
-        return [
-            _by_displacements(weight * away, weight * straight, twists[k], end)
-            for k, away in unreached
-        ]
-
     def _of_arm(
-        self, arm: Arm, step: _Step
+        self, arm: UrdfKinematics, step: _Step
     ) -> list[tuple[Float64[np.ndarray, "r"], Float64[np.ndarray, "r 6"]]]:
         """Residuals of one arm at one step, and their Jacobians by the twist of its grip."""
         problem = self._problem
         residuals = []
-        low, high = arm.kinematics.joint_range
+        low, high = arm.joint_range
         below, above = low + JOINT_MARGIN - step.joints, step.joints - high + JOINT_MARGIN
         for lack, sign in ((below, -1.0), (above, 1.0)):
             (bad,) = np.nonzero(lack > 0.0)
@@ -161,11 +149,10 @@ class ArmResiduals:
         return residuals
 
     def _singularity(
-        self, arm: Arm, step: _Step
+        self, arm: UrdfKinematics, step: _Step
     ) -> list[tuple[Float64[np.ndarray, "1"], Float64[np.ndarray, "1 6"]]]:
-        kinematics = arm.kinematics
         moved = step.joints + JOINT_DIFFERENCE * np.eye(len(step.joints))
-        value, *values = kinematics.smallest_singular_values(np.vstack([step.joints, moved]))
+        value, *values = arm.smallest_singular_values(np.vstack([step.joints, moved]))
         lack = MIN_SINGULAR_VALUE + SINGULARITY_MARGIN - value
         if lack <= 0.0:
             return []
@@ -231,7 +218,7 @@ class ArmResiduals:
         """Gripper, links and base of an end at one step."""
         if arm is None:
             return _Body(centres, radii, len(radii), grip, None)
-        base_centres, base_radii = self._cell.arms[end].kinematics.base_spheres
+        base_centres, base_radii = self._cell.arms[end].base_spheres
         return _Body(
             np.concatenate([centres, arm.link_centres, base_centres]),
             np.concatenate([radii, arm.link_radii, base_radii]),

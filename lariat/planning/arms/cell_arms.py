@@ -16,21 +16,11 @@ from lariat.scenario import SIDES, Scenario
 
 
 @dataclass(frozen=True)
-class Arm:
-    """One arm at its place in the cell."""
-
-    kinematics: UrdfKinematics
-    """Its geometry."""
-    start: Joints
-    """Joint angles at the scenario's start [rad]."""
-
-
-@dataclass(frozen=True)
 class CellArms:
     """All arms of a cell whose geometry is known, by the index of their end."""
 
-    arms: Mapping[int, Arm]
-    """The arms; an end that is fixed, ideal, or held by an arm without a URDF has none."""
+    arms: Mapping[int, UrdfKinematics]
+    """Their geometry; an end that is fixed, ideal, or held by an arm without a URDF has none."""
     grippers: tuple[GripperBody, GripperBody]
     """Bodies of both grippers."""
     joints: Mapping[int, Joints]
@@ -42,20 +32,17 @@ class CellArms:
 
         An arm that cannot reach the start is left out: its gateway refuses to boot.
         """
-        arms = {}
+        arms, start_joints = {}, {}
         for k, (side, start) in enumerate(zip(SIDES, scenario.grips(scenario.start), strict=True)):
             kinematics = kinematics_of(scenario, side)
             joints = kinematics.solve_anywhere(start) if kinematics is not None else None
             if kinematics is not None and joints is not None:
-                arms[k] = Arm(kinematics, joints)
+                arms[k], start_joints[k] = kinematics, joints
         if not arms:
             return None
         limits = scenario.limits
-        return cls(
-            arms,
-            gripper_bodies(limits.gripper_reach, limits.gripper_radius),
-            {k: arm.start for k, arm in arms.items()},
-        )
+        bodies = gripper_bodies(limits.gripper_reach, limits.gripper_radius)
+        return cls(arms, bodies, start_joints)
 
     def gripper_spheres(
         self,

@@ -81,6 +81,8 @@ class PathCandidate:
     """Mean node distance to the goal at the end [m]."""
     shortfall: float
     """Largest lack of the wanted clearance, reserve excluded [m]."""
+    residuals: Float64[np.ndarray, "r"] = field(repr=False)
+    """Weighted residuals [mm]."""
     rope_near: SweptPairs = field(repr=False)
     """Points of the rope with too little clearance to obstacles."""
     support_near: SweptPairs = field(repr=False)
@@ -223,59 +225,47 @@ class PathOptimizer:
     ) -> PathCandidate:
         problem = self._problem
         miss = (nodes[-1] - problem.goal.nodes)[problem.goal.counted]
-        cost = MILLIMETRES**2 * float(np.mean(np.sum(miss**2, axis=1)))
-        points = self._rope_points(nodes)
+        start = problem.state.positions[None]
+        points = with_midpoints(np.concatenate([start, nodes[: len(self._margins)]]))
         rope = swept_pairs(points, problem.obstacles, problem.radius, self._margins)
         support = swept_pairs(points, problem.supports, problem.radius, self._support_margins, 0)
-        cost += (MILLIMETRES * SUPPORT_WEIGHT) ** 2 * float(support.lacks @ support.lacks)
-        points = self._gripper_points(displacements)
-        gripper_distance = self._gripper_distance()
+        positions, orientations = self._path.grips(displacements)
+        grippers = problem.grippers(positions[1:], orientations[1:])
+        points = swept_gripper_points(*grippers, problem.limits.gripper_reach)
+        keep = max(problem.clearance, problem.limits.keep_out) + self.reserve
+        gripper_distance = keep + problem.limits.gripper_radius
         gripper = near_pairs(points, problem.solid, np.full(len(points), gripper_distance))
         gripper_lack = gripper_distance - gripper.distances
-        cost += (MILLIMETRES * CLEARANCE_WEIGHT) ** 2 * float(
-            rope.lacks @ rope.lacks + gripper_lack @ gripper_lack
+        residuals = np.concatenate(
+            [
+                MILLIMETRES / np.sqrt(len(miss)) * miss.ravel(),
+                MILLIMETRES * CLEARANCE_WEIGHT * rope.lacks,
+                MILLIMETRES * SUPPORT_WEIGHT * support.lacks,
+                MILLIMETRES * CLEARANCE_WEIGHT * gripper_lack,
+                *(residual for residual, _ in self._grip_residuals(displacements)),
+            ]
         )
-        for residual, _ in self._grip_residuals(displacements):
-            cost += float(residual @ residual)
         rope_lack = rope.lacks - self._uncertainty[rope.steps, rope.points]
         lack = max(np.max(rope_lack, initial=0.0), np.max(gripper_lack, initial=0.0))
         return PathCandidate(
             displacements,
-            cost,
+            float(residuals @ residuals),
             nodes,
             final,
             problem.goal_error(nodes[-1]),
             float(lack) - self.reserve,
+            residuals,
             rope,
             support,
             gripper,
         )
 
-    def _gripper_distance(self) -> float:
-        """Distance that the grippers' axes keep from obstacles [m]."""
-        problem = self._problem
-        clearance = max(problem.clearance, problem.limits.keep_out) + self.reserve
-        return clearance + problem.limits.gripper_radius
-
-    def _rope_points(self, nodes: Float64[np.ndarray, "h n 3"]) -> Float64[np.ndarray, "t m 3"]:
-        """Nodes and edge midpoints at the start, and after each step that moves [m]."""
-        start = self._problem.state.positions[None]
-        return with_midpoints(np.concatenate([start, nodes[: len(self._margins)]]))
-
-    def _gripper_points(self, displacements: BlockDisplacements) -> Float64[np.ndarray, "p 3"]:
-        positions, orientations = self._path.grips(displacements)
-        grippers = self._problem.grippers(positions[1:], orientations[1:])
-        return swept_gripper_points(*grippers, self._problem.limits.gripper_reach)
-
     def _grip_residuals(
         self, displacements: BlockDisplacements
     ) -> list[tuple[np.ndarray, np.ndarray]]:
         residuals = grip_residuals(self._problem, self._path, displacements, self.reserve)
-        return (
-            residuals
-            if self._arms is None
-            else residuals + self._arms.of_path(self._path, displacements)
-        )
+        arms = [] if self._arms is None else self._arms.of_path(self._path, displacements)
+        return residuals + arms
 
     def _normal_equations(
         self, candidate: PathCandidate
@@ -286,12 +276,10 @@ class PathOptimizer:
         linear = problem.rod.linearize(self._rollout_spec(candidate.displacements, problem.state))
         # Derivatives of all nodes after each step by the displacements.
         sensitivity = linear.d_positions_d_actions[:, :, :, : self.blocks] / BLOCK_TIME
-        rows, residuals = [], []
         count = problem.rod.node_count
         counted = problem.goal.counted
         scale = MILLIMETRES / np.sqrt(np.sum(counted))
-        rows.append(scale * sensitivity[-1][counted][..., moves].reshape(3 * np.sum(counted), -1))
-        residuals.append(scale * (candidate.nodes[-1] - problem.goal.nodes)[counted].ravel())
+        rows = [scale * sensitivity[-1][counted][..., moves].reshape(3 * np.sum(counted), -1)]
         for hit, weight in (
             (candidate.rope_near, MILLIMETRES * CLEARANCE_WEIGHT),
             (candidate.support_near, MILLIMETRES * SUPPORT_WEIGHT),
@@ -307,7 +295,6 @@ class PathOptimizer:
             moved = share * here + (1.0 - share) * before
             along = np.einsum("ac,ackem->akem", hit.normals, moved)
             rows.append(-weight * along[..., moves].reshape(-1, rows[0].shape[1]))
-            residuals.append(weight * hit.lacks)
         hit = candidate.gripper_near
         if len(hit.points):
             step, at = np.divmod(hit.points, 6)
@@ -316,15 +303,12 @@ class PathOptimizer:
             along[np.arange(len(step)), :, end, :3] = (
                 path.share[step][:, :, None] * hit.normals[:, None, :]
             )
-            weight = CLEARANCE_WEIGHT
-            rows.append(-MILLIMETRES * weight * along[..., moves].reshape(len(step), -1))
-            lack = self._gripper_distance() - hit.distances
-            residuals.append(MILLIMETRES * weight * lack)
+            weight = MILLIMETRES * CLEARANCE_WEIGHT
+            rows.append(-weight * along[..., moves].reshape(len(step), -1))
         for residual, row in self._grip_residuals(candidate.displacements):
             rows.append(row[..., moves].reshape(len(residual), -1))
-            residuals.append(residual)
-        jacobian, residual = np.concatenate(rows), np.concatenate(residuals)
-        return jacobian.T @ jacobian, jacobian.T @ residual
+        jacobian = np.concatenate(rows)
+        return jacobian.T @ jacobian, jacobian.T @ candidate.residuals
 
     def _set_margins(self) -> None:
         """Compute the clearances to keep from obstacles and supports."""

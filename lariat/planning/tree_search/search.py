@@ -22,7 +22,15 @@ from lariat.planning.tree_search.sag import SagTable
 from lariat.planning.tree_search.sampling import GripSampler, Samples
 from lariat.planning.tree_search.shape_check import ShapeCheck
 from lariat.planning.tree_search.tree import ShapeTree
-from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns, state_along
+from lariat.rod import (
+    Rod,
+    RodState,
+    Rollout,
+    RolloutSpec,
+    add_turns,
+    count_turns,
+    state_along,
+)
 
 STEP_TIME = 0.4
 """Duration of a step of the coarse rod [s], long against its swing, so that it follows at rest."""
@@ -207,19 +215,11 @@ class TreeSearch:
         chords: Float64[np.ndarray, "k m 3"],
     ) -> np.ndarray:
         """Grow branches from mouths along threads, as far as all shapes are clear."""
-        tree, (count, places) = self._trees[side], middles.shape[:2]
-        steps = places - 1
-        like = mouths[np.repeat(np.arange(count), steps)]
+        like = mouths[np.repeat(np.arange(len(nodes)), middles.shape[1] - 1)]
         grips = self._motion.placed(
             middles[:, 1:].reshape(-1, 3), chords[:, 1:].reshape(-1, 3), like
         )
-        states, clear = self._rolled([tree.states[k] for k in nodes], mouths, grips)
-        last = nodes.copy()
-        for b in range(count):
-            for h in range(steps if clear[b].all() else int(np.argmin(clear[b]))):
-                k = b * steps + h
-                last[b] = tree.add(int(last[b]), grips[k : k + 1], states(b, h))
-        return last
+        return self._grown(side, nodes, mouths, grips)[0]
 
     def _connect(self, side: int, new: np.ndarray) -> Grips | None:
         """Grow the other tree towards new nodes; return the path if they meet."""
@@ -266,21 +266,35 @@ class TreeSearch:
         counts = np.maximum(np.ceil(self._motion.length(start, targets) / STEP), 1.0)
         shares = np.minimum(np.arange(1, STEPS_PER_EXTENSION + 1) / counts[:, None], 1.0)
         grips = self._motion.between(start, targets, shares)
+        last, grown = self._grown(side, nodes, start, grips, counts)
+        return last, grown == counts
+
+    def _grown(
+        self,
+        side: int,
+        nodes: np.ndarray,
+        start: Grips,
+        grips: Grips,
+        most: float | Float64[np.ndarray, "k"] = np.inf,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Grow branches along motions, as far as all shapes are clear, by some steps at most.
+
+        Returns:
+            Last node of each branch, and its number of new nodes.
+        """
+        tree, steps = self._trees[side], len(grips) // len(nodes)
         states, clear = self._rolled([tree.states[k] for k in nodes], start, grips)
-        last, arrived = nodes.copy(), np.zeros(len(nodes), dtype=bool)
-        for b in range(len(nodes)):
-            for h in range(STEPS_PER_EXTENSION):
-                if not clear[b, h] or arrived[b]:
-                    break
-                k = b * STEPS_PER_EXTENSION + h
-                last[b] = tree.add(int(last[b]), grips[k : k + 1], states(b, h))
-                arrived[b] = shares[b, h] >= 1.0
-        return last, arrived
+        grown = np.where(clear.all(axis=1), steps, np.argmin(clear, axis=1))
+        grown = np.minimum(grown, most).astype(int)
+        last = nodes.copy()
+        for b, count in enumerate(grown):
+            new = [states(b, h) for h in range(count)]
+            last[b] = tree.add(int(nodes[b]), grips[b * steps : b * steps + count], new)
+        return last, grown
 
     def _rolled(self, begin: list[RodState], start: Grips, grips: Grips):
         """Roll rods out along motions, in one launch."""
-        count = len(begin)
-        steps = len(grips) // count
+        count, steps = len(begin), len(grips) // len(begin)
         positions = grips.positions.reshape(count, steps, 2, 3)
         orientations = grips.orientations.reshape(count, steps, 2, 4)
         before = np.concatenate([start.positions[:, None], positions[:, :-1]], axis=1)
@@ -305,30 +319,17 @@ class TreeSearch:
         clear &= moved < MAX_JUMP * STEP
         clear &= np.stack([r.converged for r in rollouts])
 
-        def state(b: int, h: int) -> RodState:
-            r = rollouts[b]
-            return RodState(
-                r.positions[h],
-                r.orientations[h],
-                np.zeros_like(r.final.velocities),
-                np.zeros_like(r.final.angular_velocities),
-            )
-
-        return state, clear
+        return lambda b, h: _at_rest(rollouts[b], h), clear
 
     def _followed(self, begin: RodState, grips: Grips) -> tuple[list[RodState], bool]:
         """Rod along a path from its first place, and whether all shapes are clear."""
-        steps = len(grips) - 1
         positions, q = grips.positions, grips.orientations
         rotations = poses.logarithm(poses.multiply(q[1:], poses.conjugate(q[:-1])))
         actions = np.concatenate([np.diff(positions, axis=0), rotations], axis=2) / STEP_TIME
         rollout = self._rod.rollout(
             RolloutSpec(begin, actions, STEP_TIME, obstacles=self._supports)
         )
-        still = np.zeros_like(begin.velocities), np.zeros_like(begin.angular_velocities)
-        states = [begin] + [
-            RodState(rollout.positions[k], rollout.orientations[k], *still) for k in range(steps)
-        ]
+        states = [begin, *(_at_rest(rollout, k) for k in range(len(grips) - 1))]
         clear = self._check.clear(rollout.positions, grips[1:])
         return states, bool(clear.all() and rollout.converged.all())
 
@@ -371,6 +372,12 @@ class TreeSearch:
                     grips = cut
                     break
         return grips
+
+
+def _at_rest(rollout: Rollout, step: int) -> RodState:
+    """Rod after a step, without its velocities."""
+    still = np.zeros_like(rollout.final.velocities), np.zeros_like(rollout.final.angular_velocities)
+    return RodState(rollout.positions[step], rollout.orientations[step], *still)
 
 
 def pose_displacements(

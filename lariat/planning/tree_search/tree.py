@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float64, Int64
 
@@ -15,37 +17,24 @@ class ShapeTree:
     def __init__(self, motion: GripMotion, grips: Grips, state: RodState) -> None:
         """Create the tree with its root."""
         self._motion = motion
-        self._capacity = 256
-        self._positions = np.zeros((self._capacity, 2, 3))
-        self._orientations = np.zeros((self._capacity, 2, 4))
-        self.states: list[RodState] = []
+        self.grips = grips
+        """Grips of all nodes."""
+        self.states = [state]
         """Rod at each node."""
-        self._parents: list[int] = []
-        self.add(-1, grips, state)
+        self._parents = [-1]
 
     def __len__(self) -> int:
         return len(self.states)
 
-    def add(self, parent: int, grips: Grips, state: RodState) -> int:
-        """Add one node; return its index."""
-        index = len(self.states)
-        if index == self._capacity:
-            self._positions = np.concatenate([self._positions, np.zeros_like(self._positions)])
-            self._orientations = np.concatenate(
-                [self._orientations, np.zeros_like(self._orientations)]
-            )
-            self._capacity *= 2
-        self._positions[index] = grips.positions[0]
-        self._orientations[index] = grips.orientations[0]
-        self.states.append(state)
-        self._parents.append(parent)
-        return index
-
-    @property
-    def grips(self) -> Grips:
-        """Grips of all nodes."""
-        count = len(self)
-        return Grips(self._positions[:count], self._orientations[:count])
+    def add(self, parent: int, grips: Grips, states: Sequence[RodState]) -> int:
+        """Add a branch of nodes; return the last of them, or its parent if there are none."""
+        if not states:
+            return parent
+        first = len(self)
+        self.grips = Grips.joined(self.grips, grips)
+        self.states += states
+        self._parents += [parent, *range(first, first + len(states) - 1)]
+        return len(self) - 1
 
     def nearest(self, targets: Grips, turning: bool) -> Int64[np.ndarray, "k"]:
         """Return the node nearest to each target.

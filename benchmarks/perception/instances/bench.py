@@ -21,6 +21,7 @@ from jaxtyping import UInt8
 
 from benchmarks.perception.instances import calibration
 from benchmarks.perception.instances.judgement import Judgement, judge
+from benchmarks.perception.instances.reliability import draw_reliability
 from benchmarks.perception.pictures.generators import Ground, rendered_picture
 from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.configuration import ConfigurationError
@@ -62,6 +63,7 @@ def run(
     seed: int = 0,
     only: tuple[str, ...] = (),
     photographs: Path | None = None,
+    diagram: Path | None = None,
     fit: int = 0,
     options: Flat[PrintOptions] = PRINT_DEFAULTS,
 ) -> int:
@@ -74,19 +76,20 @@ def run(
     Examples:
       lariat bench perception instances --only plain 3 --pictures 100
       lariat bench perception instances --photographs ~/cables
-      lariat bench perception instances --fit 120 --photographs ~/cables
+      lariat bench perception instances --fit 120 --photographs ~/cables --diagram doubt.png
 
     Args:
         pictures: Number of rendered pictures for each row.
         seed: First seed of the rendered pictures.
         only: Ground or number of cables of the rows to measure; all rows by default.
         photographs: Folder of labelled photographs to measure in place of rendered pictures.
+        diagram: Image file to write: stated doubt against the share of wrong answers.
         fit: Number of rendered pictures with seeds of their own; prints coefficients of the judge
             fitted to them and to the photographs, and what it states about those that it was not
             fitted to.
     """
     if fit:
-        return _fitted(fit, photographs)
+        return _fitted(fit, photographs, diagram)
     source = _rendered(pictures, seed, only) if photographs is None else taken(photographs)
     trials = [_tried(*picture) for picture in source]
     if not trials:
@@ -97,8 +100,10 @@ def run(
             where = f"{photographs}: no picture has its {LABEL_SUFFIX} or masks beside it"
         raise ConfigurationError(where)
     rows = [_figures(name, trials) for name in dict.fromkeys(t.row for t in trials)]
+    if diagram is not None:
+        draw_reliability([(t.judgement.doubt, not t.judgement.right) for t in trials], diagram)
     caption = (
-        "Shares of pictures (right number of ropes, all right), of cables (one line), "
+        "Shares of pictures (right number of ropes, all right), of cables (one line; mean Dice), "
         "of wrong and right answers (doubted); no plant: the curves are drawn; ms: processor time."
     )
     options.publish(Result("rows", rows, caption))
@@ -173,6 +178,7 @@ def _figures(name: str, trials: list[Trial]) -> dict[str, Any]:
         "count": len(own),
         "right_number": float(np.mean([j.right_number for j in judged])),
         "one_line": _mean(np.concatenate([j.one_line for j in judged])),
+        "dice": _mean(np.concatenate([j.dice for j in judged])),
         "right": float(np.mean(right)),
         "wrong_doubted": float(np.mean(doubted[~right])) if np.any(~right) else 1.0,
         "right_doubted": float(np.mean(doubted[right])) if np.any(right) else 0.0,
@@ -185,7 +191,7 @@ def _mean(shares: np.ndarray) -> float:
     return float(np.mean(shares)) if len(shares) else 1.0
 
 
-def _fitted(count: int, photographs: Path | None) -> int:
+def _fitted(count: int, photographs: Path | None, diagram: Path | None) -> int:
     """Print coefficients of the judge, and what it states about pictures it was not fitted to."""
     rendered = []
     # Three more without cables for every four pictures.
@@ -207,6 +213,8 @@ def _fitted(count: int, photographs: Path | None) -> int:
     order = np.random.default_rng(0).permutation(len(weighed))
     samples, weights = zip(*(weighed[k] for k in order), strict=True)
     stated = calibration.cross_validated(list(samples), list(weights))
+    if diagram is not None:
+        draw_reliability([(s.doubt, s.wrong) for s in stated], diagram)
     for row in sorted({s.row for s in stated}):
         own = [s for s in stated if s.row == row]
         wrong = [s.doubt > DOUBTFUL for s in own if s.wrong]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float64, UInt8
+from scipy.optimize import linear_sum_assignment
 
 from lariat.perception.image.detector import DetectedRope, Detection
 
@@ -26,6 +27,8 @@ class Judgement:
 
     right_number: bool
     """Whether as many ropes were found as there are."""
+    dice: Float64[np.ndarray, "n"]
+    """Dice coefficient of each true rope with the rope that was found for it."""
     one_line: Float64[np.ndarray, "n"]
     """1 for each true rope that one found line follows, and no more than it, else 0."""
     doubt: float
@@ -44,9 +47,26 @@ def judge(labels: UInt8[np.ndarray, "h w"], detection: Detection) -> Judgement:
         labels: 0 at the background, k at rope k, from 1 without gaps.
         detection: Detection in the same picture.
     """
+    count = int(labels.max())
+    overlap = dice_matrix(labels, detection.labels, count, len(detection.ropes))
     right, _ = right_lines(labels, detection.ropes)
-    right_number = int(labels.max()) == len(detection.ropes)
-    return Judgement(right_number, right.any(axis=1).astype(float), detection.p_wrong)
+    dice = np.zeros(count)
+    for i, j in zip(*linear_sum_assignment(-overlap), strict=True):
+        dice[i] = overlap[i, j]
+    right_number = count == len(detection.ropes)
+    one_line = right.any(axis=1).astype(float)
+    return Judgement(right_number, dice, one_line, detection.p_wrong)
+
+
+def dice_matrix(
+    labels: UInt8[np.ndarray, "h w"], shown: UInt8[np.ndarray, "h w"], count: int, shown_count: int
+) -> Float64[np.ndarray, "n m"]:
+    """Return the Dice coefficients of true and found labels, without the background."""
+    size = shown_count + 1
+    both = np.bincount(labels.ravel().astype(int) * size + shown.ravel(), minlength=size)
+    both = np.pad(both, (0, (count + 1) * size - len(both))).reshape(count + 1, size)
+    total = both.sum(axis=1)[1:, None] + both.sum(axis=0)[None, 1:]
+    return 2.0 * both[1:, 1:] / np.maximum(total, 1)
 
 
 def right_lines(

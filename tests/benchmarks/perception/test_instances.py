@@ -11,13 +11,20 @@ import pytest
 
 from benchmarks.perception.instances import bench
 from benchmarks.perception.instances.calibration import fit_logistic
-from benchmarks.perception.instances.judgement import right_lines
+from benchmarks.perception.instances.judgement import dice_matrix, right_lines
 from benchmarks.perception.pictures.generators import rendered_picture
 from benchmarks.tables import PrintOptions
 from lariat.configuration import ConfigurationError
 from lariat.perception.image.detector import DetectedRope
 from lariat.perception.lines.ridge import Ridge
 from tests.lariat.perception.image.test_p_wrong import SURE
+
+
+def test_dice_matrix_of_shifted_bars() -> None:
+    truth, found = np.zeros((4, 40), np.uint8), np.zeros((4, 40), np.uint8)
+    truth[0], truth[2] = 1, 2
+    found[2, :30], found[3] = 1, 2
+    assert np.allclose(dice_matrix(truth, found, 2, 2), [[0.0, 0.0], [60.0 / 70.0, 0.0]])
 
 
 def test_logistic_fit_recovers_the_odds() -> None:
@@ -37,6 +44,7 @@ def test_labelled_photographs_are_measured(tmp_path: Path, capsys: pytest.Captur
     (row,) = json.loads(capsys.readouterr().out)["rows"]
     assert (row["pictures"], row["count"]) == ("photographs, 1", 1)
     assert row["right_number"] == 1.0
+    assert row["dice"] > 0.9
 
 
 def test_photographs_with_a_mask_for_each_cable_are_measured(

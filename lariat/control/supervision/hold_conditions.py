@@ -21,8 +21,11 @@ MAX_TRACKING_ERROR = 0.04
 
 A CR5 lags by 0.1 s, and the gateway checks its distance from the path as well.
 """
-MAX_REFUSED_CHUNKS = 8
-"""Chunks that the gateway may refuse in a row before another path is requested."""
+MAX_REFUSED_CHUNKS = 25
+"""Chunks that the gateway may refuse in a row before another path is requested.
+
+Half a second: its search for the shortest path round the obstacles takes some 0.2 s.
+"""
 
 
 def hold_reason(

@@ -17,7 +17,7 @@ from lariat.trajectory import SECOND
 from tests.lariat.control.supervision.started_run import Run, code_of, path
 
 ARMS = ArmCondition(True, True, "", 0, 0, "")
-REFUSING = replace(ARMS, refused_chunks=9, refusal="joint_limits")
+REFUSING = replace(ARMS, refused_chunks=26, refusal="joint_limits")
 NOW = 2 * SECOND + 1
 
 
@@ -84,7 +84,7 @@ def test_refused_paths_are_planned_again_with_more_clearance_and_less_speed(
 
 
 def test_few_refusals_and_small_tracking_errors_are_no_reason(run: Run) -> None:
-    few = replace(REFUSING, refused_chunks=8)
+    few = replace(REFUSING, refused_chunks=25)
     assert reason_of(run, few, tracking_error=0.04, following=True) is None
     assert reason_of(run, REFUSING) is None
     reason = reason_of(run, tracking_error=0.041, following=True)

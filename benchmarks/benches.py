@@ -26,6 +26,7 @@ BENCHES: dict[str, Bench] = {
     "paper horizon": Bench("benchmarks.paper.horizon", "the time to plan one horizon"),
     "paper real": Bench("benchmarks.paper.real", "its real experiments, MuJoCo as the lab"),
     "physics": Bench("benchmarks.physics.bench", "the rod against the continuum and closed forms"),
+    "physics cables": Bench("benchmarks.physics.cables", "stiffness of real cables"),
     "physics twins": Bench("benchmarks.physics.twins", "stated intervals of identified twins"),
     "rod": Bench("benchmarks.rod.bench", "the rod's speed and robustness"),
     "compare": Bench("benchmarks.compare.bench", "solvers side by side: error over time"),

@@ -32,7 +32,7 @@ GOOD: Trial = {
 
 def test_a_run_is_judged_by_error_contact_and_stiffness() -> None:
     assert faults(GOOD) == []
-    far = {**GOOD, "error_mm": 1.5}
+    far = {**GOOD, "error_mm": 1.5, "shape_error_mm": 1.2}
     assert faults(far) == ["1.50 mm off"]
     assert faults({**far, "leans": True}) == []
     assert faults({**GOOD, "touched": True}) == ["touched"]
@@ -46,6 +46,17 @@ def test_a_run_is_judged_by_error_contact_and_stiffness() -> None:
     assert summary([GOOD, far, lost])["at the goal"] == 1
 
 
+def test_a_rope_is_at_its_goal_where_only_its_place_along_itself_is_off_and_cannot_be_seen() -> (
+    None
+):
+    shifted = {**GOOD, "error_mm": 1.5}
+    assert is_near(shifted)
+    assert summary([shifted])["nodes at the goal"] == 0
+    # Less than (1 + (2 * 0.2)^2)^(1/2) mm cannot be seen.
+    assert not is_near({**shifted, "place_bound_mm": 0.2})
+    assert not is_near({**shifted, "shape_error_mm": math.nan})
+
+
 def test_a_run_without_adaptation_may_give_up_but_not_miss_its_goal_silently() -> None:
     combination = sample(0, 3, adapts=False)
     missed = {**GOOD, "spec": combination, "error_mm": 40.0}
@@ -57,8 +68,8 @@ def test_a_run_without_adaptation_may_give_up_but_not_miss_its_goal_silently() -
 
 
 def test_table_lists_every_run_with_what_it_missed() -> None:
-    rows = [row(GOOD), row({**GOOD, "error_mm": 1.5, "stiffness_bound": 0.2})]
-    assert [(r["no."], r["missed"]) for r in rows] == [(3, ""), (3, "1.50 mm off")]
+    rows = [row(GOOD), row({**GOOD, "error_mm": 3.0, "stiffness_bound": 0.2})]
+    assert [(r["no."], r["missed"]) for r in rows] == [(3, ""), (3, "3.00 mm off")]
     assert [r["EI found / true"] for r in rows] == ["1.05 ± 0.05", "(1.05 ± 0.05)"]
 
 

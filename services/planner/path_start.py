@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from lariat.safety.constraints.arm_kinematics import ArmKinematics
 from lariat.scenario import SIDES
 from shared.messages import ArmStates, NodeChain, Setpoints, arm_pose, chain
 
@@ -22,15 +25,31 @@ def at_rest(arms: ArmStates) -> bool:
     )
 
 
-def stopped(arms: ArmStates, setpoints: Setpoints) -> ArmStates:
-    """State of the arms where their setpoints end."""
+def stopped(
+    arms: ArmStates, setpoints: Setpoints, kinematics: Mapping[str, ArmKinematics]
+) -> ArmStates | None:
+    """State of the arms where their setpoints end; None where an arm's joints are not known there.
+
+    Args:
+        kinematics: Arms whose joints are asked for, by their sides.
+    """
     ahead = ArmStates()
     ahead.CopyFrom(arms)
     ends = {end.arm: end for end in setpoints.arms}
     for arm in ahead.arms:
-        if arm.arm in ends:
-            arm.position[:] = ends[arm.arm].positions[-3:]
-            arm.orientation[:] = ends[arm.arm].orientations[-4:]
+        if arm.arm not in ends:
+            continue
+        positions = np.reshape(ends[arm.arm].positions, (-1, 3))
+        orientations = np.reshape(ends[arm.arm].orientations, (-1, 4))
+        arm.position[:], arm.orientation[:] = positions[-1], orientations[-1]
+        if arm.arm in kinematics:
+            near = np.array(arm.joints)
+            if len(near) != kinematics[arm.arm].joint_range.shape[1]:
+                return None
+            joints = kinematics[arm.arm].follow(positions, orientations, near)
+            if joints is None:
+                return None
+            arm.joints[:] = joints[-1]
     return ahead
 
 

@@ -175,15 +175,16 @@ class PlannerService:
         has changed, the rope was not where the model has it: it has to be seen at rest first.
         """
         item = inbox.latest(topics.ARM_SETPOINTS)
-        if self._arms is not None or item is None or self._planned is None:
-            return None  # Joints where the arms stop are not known.
+        if item is None or self._planned is None:
+            return None
         setpoints = item.message
         asked = (task.goal_revision, task.replan_count)
         brakes = asked != (self._planned[0], self._planned[3]) and task.state == RUNNING
         changed = (task.goal_revision, scene.revision) != self._planned[:2]
         if not (brakes and changed) or setpoints.hold or setpoints.stamp < task.stamp:
             return None
-        return stopped(arms, setpoints)
+        kinematics = {} if self._arms is None else self._arms.arms
+        return stopped(arms, setpoints, {SIDES[k]: arm for k, arm in kinematics.items()})
 
     def _plan(
         self,

@@ -10,6 +10,7 @@ import pytest
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.shorter_path import stay
 from lariat.scenario import Scenario, load
+from lariat.scenario.shipped import find
 from lariat.trajectory import SECOND
 from services.planner.service import PlannerService
 from shared import messages, topics
@@ -115,6 +116,28 @@ def test_path_to_another_goal_begins_where_the_arms_will_stop() -> None:
     start, ahead = (np.array([g.position for g in p.grips]) for p in service.problems)
     np.testing.assert_allclose(ahead, start + shift)
     np.testing.assert_allclose(service.problems[1].state.positions[[0, -1]], start + shift)
+
+
+def test_path_from_where_arms_will_stop_begins_with_their_joints_there() -> None:
+    scenario = load(find("two-arms"))
+    service = CapturingPlanner(scenario)
+    asked = inbox(scenario)
+    list(service.step(asked, SECOND))
+    (before,) = service.problems
+    assert before.arms is not None
+    shift = np.array([0.0, 0.02, 0.01])
+    braking = inbox(scenario, 2, velocity=(0.0, 0.2, 0.1), setpoints=stopping(scenario, shift))
+    list(service.step(braking, 2 * SECOND))
+    assert len(service.problems) == 1  # Arms that do not tell their joints are seen at rest first.
+    for k, arm in enumerate(braking.latest(topics.ARM_STATE).message.arms):
+        arm.joints[:] = before.arms.joints[k]
+    list(service.step(braking, 2 * SECOND))
+    _, ahead = service.problems
+    assert ahead.arms is not None
+    for k, arm in ahead.arms.arms.items():
+        grip = arm.grip(ahead.arms.joints[k])
+        np.testing.assert_allclose(grip.position, before.grips[k].position + shift, atol=1e-6)
+        assert np.max(np.abs(ahead.arms.joints[k] - before.arms.joints[k])) < 0.2
 
 
 @pytest.mark.parametrize(

@@ -96,6 +96,9 @@ def on_screen(
 
 TWO_FRAMES = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 """Script that ends when the page has been drawn twice."""
+SENT = "() => new Promise(done => setTimeout(done, 100))"
+"""Script that ends when the page has sent its newest value: it sends one every 50 ms of its own
+time, the last one of those that come meanwhile."""
 
 
 def drag(page: Page, start: Float64[np.ndarray, "2"], end: Float64[np.ndarray, "2"]) -> None:
@@ -138,6 +141,7 @@ def choose(page: Page, box: str, option: str) -> None:
             # changes at that moment is lost; this closes it.
             combobox.press("Tab")
         else:
+            page.evaluate(SENT)
             return
     raise AssertionError(f"the list {box!r} shows no {option!r}")
 

@@ -68,10 +68,10 @@ class BlockPath:
         if not displacements[..., 3:].any():
             still = np.repeat(q[None], len(positions) + 1, axis=0)
             return np.concatenate([begin[None], positions]), still
-        turns = np.repeat(displacements[..., 3:] / steps, steps, axis=0)
+        turns = poses.exponential(np.repeat(displacements[..., 3:] / steps, steps, axis=0))
         orientations = [q]
         for turn in turns:
-            q = poses.normalized(poses.multiply(poses.exponential(turn), q))
+            q = poses.normalized(poses.multiply(turn, q))
             orientations.append(q)
         return np.concatenate([begin[None], positions]), np.array(orientations)
 

@@ -218,7 +218,7 @@ def planned(cell: Scenario, alternatives: int = 1, nearest: Path | None = None) 
         nearest: File for the nearest shape that can be reached, where no path leads to the goal.
     """
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
-    from lariat.planning.alternatives import alternative_paths, duration, travel
+    from lariat.planning.alternatives import alternative_paths, travel
     from lariat.planning.arms.advice import helpful_changes
     from lariat.planning.arms.arm_check import goal_fault, start_fault
     from lariat.planning.cell_problem import scenario_departure, scenario_problem
@@ -238,13 +238,13 @@ def planned(cell: Scenario, alternatives: int = 1, nearest: Path | None = None) 
         "reason": path.reason,
         "clearance_mm": round(1e3 * path.clearance, 3),
         "departs_s": round(departure.after, 3),
-        "duration_s": round(len(path.positions) * path.dt, 3),
+        "duration_s": round(path.duration, 3),
         "final_error_mm": round(1e3 * path.final_error, 3),
         "plan_s": round(took, 3),
         "alternatives": [
             {
                 "clearance_mm": round(1e3 * other.clearance, 3),
-                "duration_s": round(duration(other), 3),
+                "duration_s": round(other.duration, 3),
                 "travel_m": round(travel(other), 3),
             }
             for other in others

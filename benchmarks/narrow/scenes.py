@@ -19,11 +19,11 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
+from lariat.geometry.grips import Grips
 from lariat.geometry.obstacles import signed_distance
-from lariat.geometry.poses import Pose
 from lariat.geometry.swept_clearance import swept_clearance
 from lariat.planning.time_parameterization import Pace, time_parameterize
-from lariat.planning.tree_search.grip_motion import GripMotion, Grips
+from lariat.planning.tree_search.grip_motion import GripMotion
 from lariat.planning.tree_search.sag import SagTable
 from lariat.rod import EDGE_AXIS, Rod, RodState, RolloutSpec
 from lariat.scenario import Scenario, Shape, load
@@ -157,10 +157,8 @@ def _attempt(
         opening.obstacles.extend(_clutter(random, waypoints))
     named = tuple(replace(o, name=f"{o.shape}-{k}") for k, o in enumerate(opening.obstacles))
     scenario = replace(base, obstacles=named)
-    positions, orientations = time_parameterize(
-        waypoints.positions, waypoints.orientations, scenario.limits, PATH_PERIOD, HIDDEN_PACE
-    )
-    clearance, nodes = _drive(rod, scenario.bodies, positions, orientations, PATH_PERIOD)
+    path = time_parameterize(waypoints, scenario.limits, PATH_PERIOD, HIDDEN_PACE)
+    clearance, nodes = _drive(rod, scenario.bodies, path, PATH_PERIOD)
     if clearance < CLEARANCE:
         return None
     start, goal = (_shape(waypoints, k) for k in (0, -1))
@@ -170,21 +168,15 @@ def _attempt(
 
 
 def _drive(
-    rod: Rod,
-    obstacles: Sequence[Obstacle],
-    positions: Float64[np.ndarray, "t 2 3"],
-    orientations: Float64[np.ndarray, "t 2 4"],
-    dt: float,
+    rod: Rod, obstacles: Sequence[Obstacle], path: Grips, dt: float
 ) -> tuple[float, Float64[np.ndarray, "n 3"]]:
     """Return the clearance of the plant along a path [m], and its nodes at rest after it [m].
 
-    Obstacles are measured, not felt. Positions [m] and orientations of the grips are `dt` seconds
-    apart. The motion ends where the clearance is too small for a hidden way.
+    Obstacles are measured, not felt. Places of the path are `dt` seconds apart. The motion ends
+    where the clearance is too small for a hidden way.
     """
-    left, right = (Pose(p, q) for p, q in zip(positions[0], orientations[0], strict=True))
-    state: RodState = rod.rest(left, right).state
-    turns = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
-    velocities = np.concatenate([np.diff(positions, axis=0), turns], axis=2) / dt
+    state: RodState = rod.rest(*path.pair(0)).state
+    velocities = path.steps() / dt
     settling = np.zeros((round(SETTLING_TIME / dt), 2, 6))
     velocities = np.concatenate([velocities, settling])
     radius, clearance = rod.properties.diameter / 2.0, np.inf

@@ -19,6 +19,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.cable_routes import RouteStop
+from lariat.geometry.grips import Grips
 from lariat.geometry.poses import Pose
 
 
@@ -77,8 +78,8 @@ def laying_waypoints(
     rotates: tuple[bool, bool],
     aims: Float64[np.ndarray, "k 3"],
     settings: LayingSettings,
-) -> tuple[Float64[np.ndarray, "w 2 3"], Float64[np.ndarray, "w 2 4"]]:
-    """Return positions [m] and orientations of both grips while a cable is laid.
+) -> Grips:
+    """Return the waypoints of both grips while a cable is laid.
 
     At the first waypoint the cable touches the foot of the clip at which laying begins.
 
@@ -117,7 +118,7 @@ def laying_waypoints(
         orientations[:, end] = poses.multiply(
             poses.exponential(turns), np.tile(grip.orientation, (count, 1))
         )
-    return positions, orientations
+    return Grips(positions, orientations)
 
 
 def middle_clip(stops: Sequence[RouteStop], places: Float64[np.ndarray, "k"], length: float) -> int:

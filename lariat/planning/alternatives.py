@@ -35,18 +35,13 @@ def alternative_paths(problem: Problem, most: int) -> list[WholePath]:
     guesses = distinct(sorted(guesses, key=lambda guess: guess.cost))[:MAX_GUESSES]
     others = [refined_path(problem, optimizer, guess) for guess in guesses]
     paths = [first, *(path for path in others if path.reached and is_clear(path, optimizer))]
-    shortest = min(duration(path) for path in paths)
+    shortest = min(path.duration for path in paths)
     ranked: list[WholePath] = []
     for path in sorted(paths, key=lambda path: _rank(path, optimizer.wanted_clearance)):
-        short = path is first or duration(path) <= MAX_DURATION_RATIO * shortest
+        short = path is first or path.duration <= MAX_DURATION_RATIO * shortest
         if short and all(difference(path, k) > MIN_DIFFERENCE for k in ranked):
             ranked.append(path)
     return ranked[:most]
-
-
-def duration(path: WholePath) -> float:
-    """Return the duration of a path [s]."""
-    return path.dt * (len(path.positions) - 1)
 
 
 def travel(path: WholePath) -> float:
@@ -65,4 +60,4 @@ def difference(first: WholePath, second: WholePath) -> float:
 def _rank(path: WholePath, clearance: float) -> tuple[float, float, float]:
     """Sort key: lack of clearance in millimetres, then duration and travel."""
     lack = max(clearance - path.clearance, 0.0)
-    return round(1e3 * lack), duration(path), travel(path)
+    return round(1e3 * lack), path.duration, travel(path)

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.geometry import poses
+from lariat.geometry.grips import Grips
 from lariat.planning.problem import Problem, WholePath
+from lariat.planning.retiming import path_through
 from lariat.planning.shorter_path import stay
-from lariat.planning.waypoint_path import path_through
-from lariat.protocols import GripPath, PathPlanner, PlannerSetup, PlanningProblem
+from lariat.protocols import PathPlanner, PlannerSetup, PlanningProblem
 from lariat.scenario import Scenario
 from lariat.scenario.extensions import Extension, ExtensionFault
 
@@ -48,7 +49,7 @@ class ExtensionPlanner:
             return stay(problem, f"{self._extension} finds no path")
         return self._checked(problem, path)
 
-    def _path(self, problem: Problem) -> GripPath | None:
+    def _path(self, problem: Problem) -> Grips | None:
         """Waypoints of the planner, with numbers and shapes checked."""
         task = PlanningProblem(
             problem.rod,
@@ -80,11 +81,11 @@ class ExtensionPlanner:
                 f"{self._extension}: plan() answered a path that begins {1e3 * error:.1f} mm from "
                 "the grips"
             )
-        return GripPath(positions, poses.normalized(orientations))
+        return Grips(positions, poses.normalized(orientations))
 
-    def _checked(self, problem: Problem, path: GripPath) -> WholePath:
+    def _checked(self, problem: Problem, path: Grips) -> WholePath:
         """Timed path with the rope along it, and whether it is clear and reaches the goal."""
-        timed = path_through(problem, path.positions, path.orientations)
+        timed = path_through(problem, path)
         if timed.blocked:
             reason = f"the path of {self._extension} is refused: {timed.reason}"
             return stay(problem, f"blocked: {reason}")

@@ -81,14 +81,10 @@ def landing(problem: Problem) -> Landing | None:
 
 def landed(problem: Problem, landing: Landing, approach: WholePath) -> WholePath:
     """Return a path to the goal of `landing.approach`, and the descent from there."""
-    positions, orientations = approach.positions[-1], approach.orientations[-1]
-    above = Pose(positions[0], orientations[0]), Pose(positions[1], orientations[1])
-    below = tuple(
-        Pose(at, grip.orientation)
-        for at, grip in zip(landing.descent[-1], problem.feasible_goal_grips, strict=True)
-    )
+    above, turned = approach.pair(-1), problem.feasible_goal_grips
+    left, right = (Pose(p, g.orientation) for p, g in zip(landing.descent[-1], turned, strict=True))
     descent = replace(
-        problem.with_goal(left=below[0], right=below[1]),
+        problem.with_goal(left=left, right=right),
         state=_rest(problem, above, approach.nodes[-1]),
         grips=above,
         pace=DESCENT_SPEED_SHARE * problem.pace,
@@ -100,7 +96,7 @@ def landed(problem: Problem, landing: Landing, approach: WholePath) -> WholePath
     waypoints = waypoints.reshape(-1, 2, 3)
     # The approach may end a little beside its goal.
     share = np.linspace(1.0, 0.0, len(waypoints))[:, None, None]
-    waypoints = waypoints + share * (positions - waypoints[0])
+    waypoints = waypoints + share * (approach.positions[-1] - waypoints[0])
     candidate = optimizer.translated(np.diff(waypoints, axis=0))
     return retime(descent, optimizer, candidate, paces=DESCENT_PACES).after(approach)
 
@@ -115,9 +111,7 @@ def _lying(problem: Problem) -> tuple[RodState, tuple[Pose, Pose]] | None:
     near = PathOptimizer(replace(problem, state=state, grips=problem.feasible_goal_grips))
     fitted = near.follow(np.zeros((BLOCKS, 2, 6)))
     fitted = near.refine(fitted, FIT_ITERATIONS)
-    positions, orientations = near.grips(fitted)
-    left, right = (Pose(p, q) for p, q in zip(positions[-1], orientations[-1], strict=True))
-    return fitted.final, (left, right)
+    return fitted.final, near.grips(fitted).pair(-1)
 
 
 def _lifted(

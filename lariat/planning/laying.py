@@ -12,12 +12,12 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.geometry.cable_routes import clip_names, clip_openings, held_clips, stops_of
-from lariat.geometry.poses import Pose
+from lariat.geometry.grips import Grips
 from lariat.planning.arms.arm_check import arm_fault
 from lariat.planning.problem import Problem, WholePath
+from lariat.planning.retiming import path_through
 from lariat.planning.shorter_path import stay
 from lariat.planning.time_parameterization import Pace
-from lariat.planning.waypoint_path import path_through
 from lariat.rod import state_along
 from lariat.rod.cable_laying import laying
 
@@ -35,18 +35,17 @@ def plan_laying(problem: Problem, approach: Callable[[Problem], WholePath]) -> W
     try:
         stops = stops_of(goal.route, bodies, ends, problem.radius)
         rotates = problem.moves[:, 3:].any(axis=1)
-        state, (positions, orientations) = laying(
+        state, waypoints = laying(
             problem.rod, stops, grips, (bool(rotates[0]), bool(rotates[1])), bodies
         )
     except ValueError as error:
         return stay(problem, f"unreachable: {error}")
-    left, right = (Pose(p, q) for p, q in zip(positions[0], orientations[0], strict=True))
+    left, right = waypoints.pair(0)
     hanging = problem.with_goal(nodes=state.positions, left=left, right=right, route=())
     above = approach(hanging)
     if not above.reached:
         return above
-    positions[0], orientations[0] = above.positions[-1], above.orientations[-1]
-    left, right = (Pose(p, q) for p, q in zip(positions[0], orientations[0], strict=True))
+    left, right = above.pair(-1)
     guess = replace(
         state_along(above.nodes[-1], left.orientation, right.orientation),
         plastic_curvature=problem.state.plastic_curvature,
@@ -54,8 +53,7 @@ def plan_laying(problem: Problem, approach: Callable[[Problem], WholePath]) -> W
     begin = problem.rod.rest(left, right, guess=guess, obstacles=problem.packed_supports).state
     down = path_through(
         replace(problem, state=begin, grips=(left, right), pace=LAYING_SHARE * problem.pace),
-        positions,
-        orientations,
+        Grips.joined(above[-1:], waypoints[1:]),
         LAYING_PACE,
     )
     path = down.after(above)
@@ -65,7 +63,7 @@ def plan_laying(problem: Problem, approach: Callable[[Problem], WholePath]) -> W
     if lost:
         miss = clip_openings(bodies)[lost[0]].miss(path.nodes[-1])
         reason = f"the rope does not come to lie in clip {lost[0]!r}: it {miss}"
-    reason = reason or str(arm_fault(problem, path.positions, path.orientations, path.dt) or "")
+    reason = reason or str(arm_fault(problem, path) or "")
     if not reason:
         return path
     return replace(path, reached=False, reason=f"blocked: while it is laid, {reason}")

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.geometry.grippers import swept_gripper_points
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.obstacles import Obstacle, signed_distance
 from lariat.geometry.polylines import with_midpoints
@@ -157,8 +156,7 @@ def _clear(
     limits = problem.limits
     chosen = np.append(np.arange(0, len(path.nodes), stride), len(path.nodes) - 1)
     nodes = with_midpoints(path.nodes[chosen])
-    grippers = problem.grippers(path.positions[chosen], path.orientations[chosen])
-    bodies = swept_gripper_points(*grippers, limits.gripper_reach).reshape(len(chosen), 6, 3)
+    bodies = problem.gripper_points(path[chosen])
     places = np.array([moving.motion.position(t) for t in instants])
     # Half of what rope and obstacle move between two instants.
     steps = np.linalg.norm(np.diff(path.nodes[chosen], axis=0), axis=2).max(axis=1, initial=0.0)

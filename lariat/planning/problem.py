@@ -9,17 +9,26 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import polylines, poses
+from lariat.geometry.grippers import gripper_axis_distance, swept_gripper_points
+from lariat.geometry.grips import Grips
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState
-from lariat.safety.motion_contract import PATH_STRETCH_SHARE, longest_grip_distance
+from lariat.safety.motion_contract import (
+    PATH_STRETCH_SHARE,
+    SETPOINT_PERIOD,
+    longest_grip_distance,
+)
 from lariat.scenario.sections import Goal, Limits
+from lariat.trajectory import NANOSECONDS
 
 if TYPE_CHECKING:
     # Only a cell with arms needs Pinocchio.
     from lariat.planning.arms.cell_arms import CellArms
 
 
+PATH_PERIOD = SETPOINT_PERIOD * NANOSECONDS
+"""Time between points of a path [s]."""
 UNMOVED = Pose(np.zeros(3), poses.IDENTITY)
 """Pose of an end that its grip holds where it seems to."""
 
@@ -114,19 +123,25 @@ class Problem:
         )
         return left, right
 
-    def grippers(
-        self, positions: Float64[np.ndarray, "t 2 3"], orientations: Float64[np.ndarray, "t 2 4"]
-    ) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
-        """Return positions and orientations of the grippers that hold the rope's ends at poses.
-
-        Args:
-            positions: Positions of the ends [m].
-            orientations: Orientations of the ends, wxyz.
-        """
+    def grippers(self, ends: Grips) -> Grips:
+        """Return the poses of the grippers that hold the rope's ends at poses."""
         back = [end.inverse() for end in self.held]
-        arms = poses.rotate(orientations, np.array([pose.position for pose in back]))
+        arms = poses.rotate(ends.orientations, np.array([pose.position for pose in back]))
         turns = np.array([pose.orientation for pose in back])
-        return positions + arms, poses.multiply(orientations, turns)
+        return Grips(ends.positions + arms, poses.multiply(ends.orientations, turns))
+
+    def gripper_points(self, ends: Grips) -> Float64[np.ndarray, "k 6 3"]:
+        """Return points on the axes of the grippers that hold the ends (`gripper_points`) [m]."""
+        held, reach = self.grippers(ends), self.limits.gripper_reach
+        points = swept_gripper_points(held.positions, held.orientations, reach)
+        return points.reshape(-1, 6, 3)
+
+    def gripper_distances(
+        self, ends: Grips
+    ) -> tuple[Float64[np.ndarray, "k"], Float64[np.ndarray, "k 3"]]:
+        """Return the distances between the grippers' axes [m], and their directions."""
+        held = self.grippers(ends)
+        return gripper_axis_distance(held.positions, held.orientations, self.limits.gripper_reach)
 
     @property
     def longest_grip_distance(self) -> float:
@@ -149,16 +164,10 @@ def grip_distance(grips: tuple[Pose, Pose]) -> float:
 
 
 @dataclass(frozen=True)
-class WholePath:
+class WholePath(Grips):
     """Timed path of both grips, with the shape of the rope along it."""
 
-    dt: float
-    """Time between points [s]."""
-    positions: Float64[np.ndarray, "t 2 3"]
-    """Positions of the grips [m]."""
-    orientations: Float64[np.ndarray, "t 2 4"]
-    """Orientations of the grips, wxyz."""
-    nodes: Float64[np.ndarray, "t n 3"]
+    nodes: Float64[np.ndarray, "k n 3"]
     """Nodes of the rope [m]."""
     reached: bool
     """Whether the path reaches the goal without collision."""
@@ -173,6 +182,13 @@ class WholePath:
     shape."""
     arm_fault: str = ""
     """What an arm would break along the path, in words; empty where the arms can go it."""
+    dt: float = PATH_PERIOD
+    """Time between points [s]."""
+
+    @property
+    def duration(self) -> float:
+        """Time from the first point to the last one [s]."""
+        return self.dt * (len(self) - 1)
 
     def after(self, first: WholePath) -> WholePath:
         """Return the path that goes another one first, which ends where this one begins."""
@@ -186,5 +202,5 @@ class WholePath:
 
     def of_grippers(self, problem: Problem) -> WholePath:
         """Return the path of the grippers that lead the rope's ends along this one."""
-        positions, orientations = problem.grippers(self.positions, self.orientations)
-        return replace(self, positions=positions, orientations=orientations)
+        held = problem.grippers(self)
+        return replace(self, positions=held.positions, orientations=held.orientations)

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.planning.arms.arm_check import LEAST_LINK_MARGIN
-from lariat.planning.collision_check import CLEARANCE_TOLERANCE
+from lariat.planning.path_check import CLEARANCE_TOLERANCE
 from lariat.planning.path_optimization.block_path import blocks_of
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath

@@ -1,4 +1,7 @@
-"""Retiming: the pace after which the rope comes to rest soonest, checked for collisions."""
+"""Retiming: paths as the arms go them, checked for collisions.
+
+Of several paces, the one after which the rope comes to rest soonest is chosen.
+"""
 
 from __future__ import annotations
 
@@ -8,20 +11,20 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry.grips import Grips
 from lariat.geometry.obstacles import scene_distance
 from lariat.geometry.polylines import with_midpoints
 from lariat.planning.arms.arm_check import LINK_MARGIN, arm_fault
-from lariat.planning.collision_check import MIN_CLEARANCE, fault_on_the_way, path_clearance
-from lariat.planning.dynamic_check import simulate_path
+from lariat.planning.path_check import (
+    MIN_CLEARANCE,
+    fault_on_the_way,
+    path_clearance,
+    simulate_path,
+)
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
-from lariat.planning.problem import Problem, WholePath, grip_distance
+from lariat.planning.problem import PATH_PERIOD, Problem, WholePath, grip_distance
 from lariat.planning.time_parameterization import Pace, time_parameterize
-from lariat.safety.motion_contract import SETPOINT_PERIOD
-from lariat.trajectory import NANOSECONDS
-
-PATH_PERIOD = SETPOINT_PERIOD * NANOSECONDS
-"""Time between points of a path [s]."""
-
+from lariat.rod import state_along
 
 PACES = (
     Pace(1.6, (0.4, 0.4)),
@@ -39,6 +42,8 @@ CLOSE_PACES = (
 )
 """Paces that are tried when all others pass too close to obstacles: narrow running means deviate
 less from the waypoints, and corners are passed slowly where there is little room."""
+WAYPOINT_PACE = Pace(1.3, (0.4, 0.4))
+"""Pace of waypoints from elsewhere; its running means hardly excite a hanging rope."""
 SUFFICIENT_CLEARANCE = 0.7
 """Clearance above which a path is accepted, relative to the wanted one."""
 NEGLIGIBLE_SWING = 2e-4
@@ -69,19 +74,48 @@ def retime(
         link_margin: Distance that links of the arms keep beyond their limit [m].
     """
     path = _at_best_pace(problem, optimizer, candidate, paces)
-    if problem.arms is None:
-        return path
-    fault = arm_fault(problem, path.positions, path.orientations, path.dt, link_margin)
+    fault = arm_fault(problem, path, link_margin)
     for _ in range(MAX_SLOWER):
         if fault is None or fault.rule not in ("joint_speed", "joint_acceleration"):
             break
         problem = replace(problem, pace=SLOWER * problem.pace)
         path = _at_best_pace(problem, optimizer, candidate, paces)
-        fault = arm_fault(problem, path.positions, path.orientations, path.dt, link_margin)
+        fault = arm_fault(problem, path, link_margin)
     if fault is None:
         return path
     reason = path.reason or f"blocked: on every path found {fault}"
     return replace(path, reached=False, reason=reason, arm_fault=str(fault))
+
+
+def path_through(problem: Problem, waypoints: Grips, pace: Pace = WAYPOINT_PACE) -> WholePath:
+    """Return the path of the rope's ends through waypoints, as one from elsewhere is taken.
+
+    Its `reason` says in words why it cannot be gone, with `blocked`, or how far from the goal it
+    ends.
+    """
+    limits = problem.limits.scaled(problem.pace)
+    grips = time_parameterize(waypoints, limits, PATH_PERIOD, pace)
+    nodes, _ = simulate_path(problem, grips)
+    end = nodes[-1]
+    if not problem.goal.route:
+        # What is laid has a history, and does not swing.
+        guess = state_along(end, *grips.orientations[-1])
+        rest = problem.rod.rest(*grips.pair(-1), guess=guess, obstacles=problem.packed_supports)
+        end = rest.state.positions
+    error = problem.goal_error(end)
+    path = _path(problem, grips, nodes, error)
+    blocked = fault_on_the_way(problem, path, min(MIN_CLEARANCE, problem.clearance))
+    short = "" if error <= problem.tolerance else f"ends {1e3 * error:.1f} mm from the goal"
+    reason = blocked or short
+    return replace(path, reached=not reason, reason=reason, blocked=bool(blocked))
+
+
+def _path(
+    problem: Problem, grips: Grips, nodes: Float64[np.ndarray, "k n 3"], error: float
+) -> WholePath:
+    """Path with its clearance, before it is judged."""
+    clearance = path_clearance(problem, grips, nodes)
+    return WholePath(grips.positions, grips.orientations, nodes, True, "", error, clearance)
 
 
 def _at_best_pace(
@@ -92,40 +126,29 @@ def _at_best_pace(
 ) -> WholePath:
     """Path of a candidate at the best of all paces, whatever the arms can do."""
     waypoints, limits = optimizer.grips(candidate), problem.limits.scaled(problem.pace)
+    target = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
     best, least, room = None, (True, np.inf), None
     for k, pace in enumerate((*paces, *CLOSE_PACES)):
         if k >= len(paces) and not least[0]:
             break
         if k >= len(paces) and room is None:
             room = _room(problem, optimizer, candidate)
-        positions, orientations = time_parameterize(*waypoints, limits, PATH_PERIOD, pace, room)
-        cost = len(positions) * PATH_PERIOD
+        grips = time_parameterize(waypoints, limits, PATH_PERIOD, pace, room)
+        cost = len(grips) * PATH_PERIOD
         if (False, cost) >= least:
             continue
-        nodes, swing = simulate_path(problem, positions, orientations, PATH_PERIOD)
+        nodes, swing = simulate_path(problem, grips)
         cost += SWING_DURATION * np.log1p(swing / NEGLIGIBLE_SWING)
         if (False, cost) >= least:
             continue
-        clearance = path_clearance(problem, positions, orientations, nodes)
-        target = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
-        close = clearance < SUFFICIENT_CLEARANCE * target
+        path = _path(problem, grips, nodes, candidate.error)
+        close = path.clearance < SUFFICIENT_CLEARANCE * target
         if best is None or (close, cost) < least:
-            best, least = (positions, orientations, nodes, clearance), (close, cost)
+            best, least = path, (close, cost)
     assert best is not None
-    least_clearance = required_clearance(optimizer)
-    fault = fault_on_the_way(problem, *best, least_clearance)
+    fault = fault_on_the_way(problem, best, required_clearance(optimizer))
     reason = f"blocked: on every path found {fault}" if fault else _miss(problem, candidate.error)
-    positions, orientations, nodes, clearance = best
-    return WholePath(
-        PATH_PERIOD,
-        positions,
-        orientations,
-        nodes,
-        not reason,
-        reason,
-        candidate.error,
-        clearance,
-    )
+    return replace(best, reached=not reason, reason=reason)
 
 
 def _room(
@@ -133,7 +156,7 @@ def _room(
 ) -> Float64[np.ndarray, "w"]:
     """Clearance of the rope at each waypoint, beyond what it needs [m]."""
     start = problem.state.positions[None]
-    nodes = np.concatenate([start, candidate.nodes[: len(optimizer.grips(candidate)[0]) - 1]])
+    nodes = np.concatenate([start, candidate.nodes[: len(optimizer.grips(candidate)) - 1]])
     clearance = scene_distance(with_midpoints(nodes), problem.obstacles).min(axis=1)
     return np.maximum(clearance - problem.radius - required_clearance(optimizer), 0.0)
 

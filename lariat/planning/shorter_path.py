@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.geometry import obstacles as geometry
-from lariat.geometry.poses import Pose
+from lariat.geometry.grips import Grips
 from lariat.planning.path_optimization.block_path import BLOCKS, STEPS_PER_BLOCK
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.refinement import ITERATIONS, followed, is_clear, refined_path
-from lariat.planning.retiming import PATH_PERIOD, required_clearance, retime
+from lariat.planning.retiming import required_clearance, retime
 from lariat.planning.tree_search.search import TreePath
 
 MAX_PARTS = 8
@@ -38,8 +38,7 @@ def _nearest_reachable(
     if tree_path is None or tree_path.reaches_goal:
         return None
     _, candidate = followed(problem, tree_path)
-    ends = zip(tree_path.grips.positions[-1], tree_path.grips.orientations[-1], strict=True)
-    left, right = (Pose(position, orientation) for position, orientation in ends)
+    left, right = tree_path.grips.pair(-1)
     near = problem.with_goal(
         nodes=candidate.nodes[-1],
         left=left,
@@ -96,12 +95,11 @@ def _ending_short(problem: Problem, path: WholePath, reason: str) -> WholePath:
 
 def stay(problem: Problem, reason: str) -> WholePath:
     """Return a path that stays at the start."""
-    positions = np.stack([[g.position for g in problem.grips]] * 2)
-    orientations = np.stack([[g.orientation for g in problem.grips]] * 2)
+    grips = Grips.of(problem.grips, problem.grips)
     here = problem.state.positions
     left = problem.goal_error(here)
     own = geometry.chain_clearance(here, problem.radius, problem.obstacles)
     nodes = np.repeat(here[None], 2, axis=0)
     return WholePath(
-        PATH_PERIOD, positions, orientations, nodes, False, reason, left, own, blocked=True
+        grips.positions, grips.orientations, nodes, False, reason, left, own, blocked=True
     )

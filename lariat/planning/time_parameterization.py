@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
+from lariat.geometry.grips import Grips
 from lariat.safety.motion_contract import PATH_LIMIT_SHARE
 from lariat.trajectory import MotionLimits
 
@@ -51,37 +52,36 @@ class Pace:
 
 
 def time_parameterize(
-    positions: Float64[np.ndarray, "w 2 3"],
-    orientations: Float64[np.ndarray, "w 2 4"],
+    waypoints: Grips,
     limits: MotionLimits,
     dt: float,
     pace: Pace,
     room: Float64[np.ndarray, "w"] | None = None,
-) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
-    """Return positions [m] and orientations of both grips at constant time steps.
+) -> Grips:
+    """Return both grips at constant time steps on their way through waypoints.
 
     Args:
-        positions: Waypoints [m].
-        orientations: Orientations at the waypoints, wxyz.
         limits: Limits of speed, acceleration and jerk, of which the path uses a share
             (`lariat.safety.motion_contract.PATH_LIMIT_SHARE`).
         dt: Time between points [s].
         pace: Speed and smoothing; the path is slower where the limits require it.
         room: Distance by which the rope may leave the path at each waypoint [m].
     """
-    middle, angles = _swing_and_twist(orientations)
-    waypoints = np.concatenate([positions, angles], axis=2)
-    least = _least_durations(positions, orientations, limits)
+    middle, angles = _swing_and_twist(waypoints.orientations)
+    columns = np.concatenate([waypoints.positions, angles], axis=2)
+    steps = waypoints.steps()
+    far = np.linalg.norm(steps.reshape(-1, 2, 2, 3), axis=3).max(axis=1)
+    least = np.max(far / limits.speed_bounds[:, 0], axis=1)
     if room is not None and np.isfinite(pace.cut_share):
-        least = least * _corner_slowdown(positions, orientations, least, pace, room)
+        least = least * _corner_slowdown(steps, least, pace, room)
     stretch = pace.slowdown
     for _ in range(MAX_STRETCHES):
-        points, rotated = _at_pace(waypoints, middle, least, stretch, dt, pace)
-        excess = _required_stretch(points, rotated, limits, dt)
+        path = _at_pace(columns, middle, least, stretch, dt, pace)
+        excess = _required_stretch(path, limits, dt)
         if excess <= 1.0:
-            return points, rotated
+            return path
         stretch *= STRETCH_MARGIN * excess
-    return _at_pace(waypoints, middle, least, stretch, dt, pace)
+    return _at_pace(columns, middle, least, stretch, dt, pace)
 
 
 def _at_pace(
@@ -91,36 +91,21 @@ def _at_pace(
     stretch: float,
     dt: float,
     pace: Pace,
-) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
+) -> Grips:
     """Smoothed path with its durations and means stretched by a factor."""
     widths = [width * stretch for width in pace.mean_widths]
     points = _smoothed(waypoints, least * stretch, dt, widths)
-    return points[..., :3], _orientations(middle, points[..., 3:])
-
-
-def _least_durations(
-    positions: Float64[np.ndarray, "w 2 3"],
-    orientations: Float64[np.ndarray, "w 2 4"],
-    limits: MotionLimits,
-) -> Float64[np.ndarray, "w-1"]:
-    """Least durations between waypoints [s]."""
-    turned = poses.multiply(orientations[1:], poses.conjugate(orientations[:-1]))
-    return np.maximum(
-        np.linalg.norm(np.diff(positions, axis=0), axis=2).max(axis=1) / limits.speed,
-        np.linalg.norm(poses.logarithm(turned), axis=2).max(axis=1) / limits.angular_speed,
-    )
+    return Grips(points[..., :3], _orientations(middle, points[..., 3:]))
 
 
 def _corner_slowdown(
-    positions: Float64[np.ndarray, "w 2 3"],
-    orientations: Float64[np.ndarray, "w 2 4"],
+    steps: Float64[np.ndarray, "w-1 2 6"],
     least: Float64[np.ndarray, "w-1"],
     pace: Pace,
     room: Float64[np.ndarray, "w"],
 ) -> Float64[np.ndarray, "w-1"]:
     """Factors on the durations between waypoints with which no corner is cut by too much."""
-    turned = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
-    moves = np.concatenate([np.diff(positions, axis=0), CORNER_LEVER * turned], axis=2)
+    moves = steps * np.repeat([1.0, CORNER_LEVER], 3)
     velocities = moves / np.maximum(least / PATH_LIMIT_SHARE, 1e-6)[:, None, None]
     # Its first and its last point are no corners: the path waits there.
     change = np.linalg.norm(np.diff(velocities, axis=0), axis=2).max(axis=1)
@@ -158,31 +143,17 @@ def _smoothed(
     return points
 
 
-def _required_stretch(
-    positions: Float64[np.ndarray, "t 2 3"],
-    orientations: Float64[np.ndarray, "t 2 4"],
-    limits: MotionLimits,
-    dt: float,
-) -> float:
+def _required_stretch(path: Grips, limits: MotionLimits, dt: float) -> float:
     """Factor by which time must be stretched for the path to keep its share of all limits."""
-    turned = poses.multiply(orientations[1:], poses.conjugate(orientations[:-1]))
-    still = np.zeros((3, 2, 3))
-    bounds = (
-        (np.diff(positions, axis=0), (limits.speed, limits.acceleration, limits.jerk)),
-        (
-            poses.logarithm(turned),
-            (limits.angular_speed, limits.angular_acceleration, limits.angular_jerk),
-        ),
-    )
+    still = np.zeros((3, 2, 2, 3))
+    rate = np.concatenate([still, path.steps().reshape(-1, 2, 2, 3) / dt, still])
     worst = 0.0
-    for steps, limit in bounds:
-        rate = np.concatenate([still, steps / dt, still])
-        for order, bound in enumerate(limit, start=1):
-            most = float(np.linalg.norm(rate, axis=2).max(initial=0.0))
-            worst = max(
-                worst, (most / (LIMIT_TOLERANCE * PATH_LIMIT_SHARE * bound)) ** (1.0 / order)
-            )
-            rate = np.diff(rate, axis=0) / dt
+    bounds = limits.speed_bounds, limits.acceleration_bounds, limits.jerk_bounds
+    for order, bound in enumerate(bounds, start=1):
+        most = np.linalg.norm(rate, axis=3).max(axis=(0, 1))
+        share = most / (LIMIT_TOLERANCE * PATH_LIMIT_SHARE * bound[:, 0])
+        worst = max(worst, float(np.max(share)) ** (1.0 / order))
+        rate = np.diff(rate, axis=0) / dt
     return worst
 
 

@@ -13,7 +13,6 @@ from itertools import product
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
 from lariat.geometry.cable_laying import (
     TRIED_SETTINGS,
     LayingSettings,
@@ -21,6 +20,7 @@ from lariat.geometry.cable_laying import (
     middle_clip,
 )
 from lariat.geometry.cable_routes import LEGS, ClipOpening, RouteStop, laid_chain
+from lariat.geometry.grips import Grips
 from lariat.geometry.obstacles import Obstacle, pack_supports
 from lariat.geometry.poses import Pose
 from lariat.rod.results import Rollout
@@ -49,9 +49,6 @@ FRICTION_ERRORS = (2.0, 0.5)
 YIELD_ERRORS = (1.5, 1.0 / 1.5)
 """Factors by which the yield curvature may be wrong [-]."""
 
-Waypoints = tuple[Float64[np.ndarray, "w 2 3"], Float64[np.ndarray, "w 2 4"]]
-"""Positions [m] and orientations of both grips."""
-
 
 def laying(
     rod: Rod,
@@ -60,7 +57,7 @@ def laying(
     rotates: tuple[bool, bool],
     obstacles: Sequence[Obstacle],
     report: Callable[[str], None] = lambda _: None,
-) -> tuple[RodState, Waypoints]:
+) -> tuple[RodState, Grips]:
     """Return a rod that hangs over a route, and the waypoints of its grips that lay it from there.
 
     Of the settings that are tried, the first with which the rod comes to lie in all clips whatever
@@ -118,7 +115,7 @@ def _aimed(
     obstacles: Sequence[Obstacle],
     settings: LayingSettings,
     report: Callable[[str], None],
-) -> tuple[RodState, Waypoints]:
+) -> tuple[RodState, Grips]:
     """Rod and waypoints for some settings.
 
     A bending rod does not come to lie where its ends point: from clip to clip outward, the ends aim
@@ -163,39 +160,31 @@ def _from_above(
     rotates: tuple[bool, bool],
     aims: Float64[np.ndarray, "k 3"],
     settings: LayingSettings,
-) -> tuple[RodState, Waypoints]:
+) -> tuple[RodState, Grips]:
     """Rod that hangs over the first clip, and waypoints from there."""
     length = rod.properties.length
-    positions, orientations = laying_waypoints(
-        stops, places, grips, length, rotates, aims, settings
-    )
+    waypoints = laying_waypoints(stops, places, grips, length, rotates, aims, settings)
     first = stops[middle_clip(stops, places, length)].clip
     assert first is not None
-    start = (
-        Pose(position, turn) for position, turn in zip(positions[0], orientations[0], strict=True)
-    )
-    hanging = rod.rest(*start).state
+    hanging = rod.rest(*waypoints.pair(0)).state
     needed = first.foot[2] + first.height + rod.properties.diameter + HOVER_CLEARANCE
     lift = np.array([0.0, 0.0, needed - np.min(hanging.positions[:, 2])])
     state = replace(hanging, positions=hanging.positions + lift)
-    down = np.concatenate([(positions[0] + lift)[None], positions])
-    return state, (down, np.concatenate([orientations[:1], orientations]))
+    above = Grips(waypoints.positions[:1] + lift, waypoints.orientations[:1])
+    return state, Grips.joined(above, waypoints)
 
 
 def laid(
-    rod: Rod, state: RodState, waypoints: Waypoints, obstacles: Float64[np.ndarray, "m 13"] | None
+    rod: Rod, state: RodState, waypoints: Grips, obstacles: Float64[np.ndarray, "m 13"] | None
 ) -> Rollout:
     """Return the motion of a rod whose grips go along waypoints, and then wait.
 
     Args:
         rod: The rod.
         state: Rod at the first waypoint.
-        waypoints: Waypoints.
         obstacles: Supports, packed.
     """
-    positions, orientations = waypoints
-    turns = poses.multiply(orientations[1:], poses.conjugate(orientations[:-1]))
-    moves = np.concatenate([np.diff(positions, axis=0), poses.logarithm(turns)], axis=2)
+    moves = waypoints.steps()
     duration = STEPS_PER_WAYPOINT * STEP_TIME
     actions = np.concatenate([moves / duration, np.zeros((1, 2, 6))])
     blocks = np.repeat(np.arange(len(moves)), STEPS_PER_WAYPOINT)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry.grips import Grips
 from lariat.geometry.poses import Pose, interpolate
-from lariat.planning.problem import Problem
+from lariat.planning.problem import Problem, WholePath
 from lariat.safety.constraints.collision import CollisionConstraint
 from lariat.safety.constraints.joints import JointConstraints
 from lariat.safety.constraints.obstacle_scene import ObstacleScene
@@ -67,43 +68,32 @@ class ArmFault:
         return WORDS[self.rule].format(side=self.side, mm=1e3 * self.amount, rad=self.amount)
 
 
-def arm_fault(
-    problem: Problem,
-    positions: Float64[np.ndarray, "t 2 3"],
-    orientations: Float64[np.ndarray, "t 2 4"],
-    dt: float,
-    margin: float = LINK_MARGIN,
-) -> ArmFault | None:
+def arm_fault(problem: Problem, path: WholePath, margin: float = LINK_MARGIN) -> ArmFault | None:
     """Return the first rule that an arm breaks along a timed path; None where all are kept.
 
     Args:
-        positions: Positions of the rope's ends [m].
-        orientations: Their orientations, wxyz.
-        dt: Time between two points [s].
         margin: Distance that links and bodies keep beyond their limit [m].
     """
     cell = problem.arms
     if cell is None:
         return None
-    positions, orientations = problem.grippers(positions, orientations)
+    grips = problem.grippers(path)
     collision = CollisionConstraint(problem.limits.keep_out)
     collision.scene = ObstacleScene(problem.solid)
-    last = len(positions) - 1
+    last = len(grips) - 1
     solved = sorted({*range(0, last, SOLVED_STRIDE), last})
     bodies: dict[int, Spheres] = {}
     for end, arm in cell.arms.items():
         joints = JointConstraints(arm, problem.limits, JOINT_SPEED_SHARE, 1.0)
         joints.set_joints(tuple(cell.joints[end]))
-        fault = joints.broken(
-            positions[:, end], orientations[:, end], solved, collision, margin, dt
-        )
+        poses_of_end = grips.positions[:, end], grips.orientations[:, end]
+        fault = joints.broken(*poses_of_end, solved, collision, margin, path.dt)
         if fault is not None:
             return ArmFault(fault[0], SIDES[end], fault[1])
         bodies[end] = joints.spheres()
-    rows = [0, *solved]
-    both = [_with_gripper(cell, end, bodies, positions[rows], orientations[rows]) for end in (0, 1)]
-    slack = body_spacing_slack(both[0], both[1], problem.limits.keep_out)
-    broken = first_broken({"spacing": slack}, margin)
+    broken = first_broken(
+        {"spacing": _spacing_slack(problem, cell, grips[[0, *solved]], bodies)}, margin
+    )
     return None if broken is None else ArmFault("spacing", "", broken[1])
 
 
@@ -151,10 +141,7 @@ def _standing_slacks(
 
     Joints are followed on the straight way from pose to pose. None where an arm cannot go it.
     """
-    positions, orientations = problem.grippers(
-        np.array([[end.position for end in pair] for pair in ends]),
-        np.array([[end.orientation for end in pair] for pair in ends]),
-    )
+    grips = problem.grippers(Grips.of(*ends))
     collision = CollisionConstraint(problem.limits.keep_out)
     collision.scene = ObstacleScene(problem.solid)
     slacks: dict[str, Slacks] = {}
@@ -162,7 +149,7 @@ def _standing_slacks(
     for end, arm in cell.arms.items():
         rows = [cell.joints[end]]
         for k in range(1, len(ends)):
-            first, last = (Pose(positions[j, end], orientations[j, end]) for j in (k - 1, k))
+            first, last = (grips.pair(j)[end] for j in (k - 1, k))
             joints = rows[-1]
             for share in np.linspace(0.0, 1.0, STEPS_TO_GOAL + 1)[1:]:
                 solution = arm.solve(interpolate(first, last, float(share)), joints)
@@ -181,18 +168,16 @@ def _standing_slacks(
         centres, radii = arm.base_spheres
         base = np.broadcast_to(centres, (len(path), *centres.shape))
         bodies[end] = Spheres.joined([links, Spheres(base, radii)])
-    both = [_with_gripper(cell, end, bodies, positions, orientations) for end in (0, 1)]
-    slacks[""] = {"spacing": body_spacing_slack(both[0], both[1], problem.limits.keep_out)}
+    slacks[""] = {"spacing": _spacing_slack(problem, cell, grips, bodies)}
     return slacks
 
 
-def _with_gripper(
-    cell: CellArms,
-    end: int,
-    bodies: dict[int, Spheres],
-    positions: Float64[np.ndarray, "m 2 3"],
-    orientations: Float64[np.ndarray, "m 2 4"],
-) -> Spheres:
-    """Spheres of an end: its gripper, and its arm where there is one."""
-    gripper = cell.gripper_spheres(end, positions[:, end], orientations[:, end])
-    return Spheres.joined([gripper, *([bodies[end]] if end in bodies else [])])
+def _spacing_slack(
+    problem: Problem, cell: CellArms, grips: Grips, arms: dict[int, Spheres]
+) -> Float64[np.ndarray, "k"]:
+    """Slack of the distance between both ends, each with its gripper, and its arm if it has one."""
+    left, right = (
+        Spheres.joined([cell.gripper_spheres(end, grips), *([arms[end]] if end in arms else [])])
+        for end in (0, 1)
+    )
+    return body_spacing_slack(left, right, problem.limits.keep_out)

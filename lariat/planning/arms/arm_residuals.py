@@ -7,23 +7,22 @@ grip.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
+from lariat.geometry.grips import Grips
 from lariat.geometry.near_pairs import near_pairs
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.planning.path_optimization.block_path import BlockDisplacements, BlockPath
 from lariat.planning.path_optimization.grip_residuals import MILLIMETRES, Residuals
 from lariat.planning.problem import Problem
-from lariat.rod.so3 import left_jacobian
 from lariat.safety.constraints.singularity import MIN_SINGULAR_VALUE
+from lariat.safety.constraints.sphere_distance import Spheres
 
 if TYPE_CHECKING:
     # Only a cell with arms needs Pinocchio.
@@ -46,23 +45,52 @@ PAIRS_PER_STEP = 6
 """Most pairs of spheres of both arms that count at a step: the nearest ones."""
 
 
-class _Step:
-    """One arm at one step of a path; derivatives are computed where they are asked for."""
+TwistRows = tuple[Float64[np.ndarray, "r"], Float64[np.ndarray, "r 6"]]
+"""Residuals, and their Jacobian by the twist of a grip."""
 
-    def __init__(self, kinematics: UrdfKinematics, joints: Joints) -> None:
-        self.kinematics, self.joints = kinematics, joints
-        centres, self.link_radii = kinematics.link_spheres(joints[None])
-        self.link_centres: Float64[np.ndarray, "k 3"] = centres[0]
+
+class _End:
+    """Gripper of one end at one step of a path."""
+
+    def __init__(self, grip: Pose, cover: Spheres) -> None:
+        self.position = grip.position
+        self.centres, self.radii = cover.centres[0], cover.radii
+        self.grippers = len(self.radii)
+        """Number of spheres of the gripper, which come first."""
+
+    def per_twist(self, k: int) -> Float64[np.ndarray, "3 6"]:
+        """Motion of a sphere with a twist of the grip."""
+        x, y, z = self.centres[k] - self.position
+        turning = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+        return np.hstack([np.eye(3), turning])
+
+
+class _EndOfArm(_End):
+    """End with the links and the base of its arm; derivatives are computed where asked for."""
+
+    def __init__(self, grip: Pose, cover: Spheres, arm: UrdfKinematics, joints: Joints) -> None:
+        super().__init__(grip, cover)
+        self.arm, self.joints = arm, joints
+        (self.link_centres,), self.link_radii = arm.link_spheres(joints[None])
+        base, base_radii = arm.base_spheres
+        self.centres = np.concatenate([self.centres, self.link_centres, base])
+        self.radii = np.concatenate([self.radii, self.link_radii, base_radii])
 
     @cached_property
     def joints_per_twist(self) -> Float64[np.ndarray, "j 6"]:
         """Least change of the joints with a twist of the grip."""
-        return np.linalg.pinv(self.kinematics.grip_jacobian(self.joints), rcond=1e-3)
+        return np.linalg.pinv(self.arm.grip_jacobian(self.joints), rcond=1e-3)
 
     @cached_property
     def links_per_twist(self) -> Float64[np.ndarray, "k 3 6"]:
         """Motion of the links' spheres with a twist of the grip."""
-        return self.kinematics.link_sphere_jacobians(self.joints) @ self.joints_per_twist
+        return self.arm.link_sphere_jacobians(self.joints) @ self.joints_per_twist
+
+    def per_twist(self, k: int) -> Float64[np.ndarray, "3 6"]:
+        link = k - self.grippers
+        if link < 0:
+            return super().per_twist(k)
+        return self.links_per_twist[link] if link < len(self.link_radii) else np.zeros((3, 6))
 
 
 class ArmResiduals:
@@ -81,208 +109,109 @@ class ArmResiduals:
     def of_path(self, path: BlockPath, displacements: BlockDisplacements) -> list[Residuals]:
         """Return the residuals [mm] and their Jacobians by the displacements."""
         whole = path.grips(displacements)
-        positions, orientations = self._problem.grippers(*whole)
+        grips = self._problem.grippers(whole)[1:]
         residuals: list[Residuals] = []
-        rows: dict[int, list[_Step | None]] = {}
-        twists: dict[int, Float64[np.ndarray, "s 6 k 6"]] = {}
-        for end, arm in self._cell.arms.items():
-            twists[end] = _twists(path, whole[1], displacements, end)
-            steps, unreached = self._solved(arm, end, positions[1:, end], orientations[1:, end])
-            rows[end] = steps
-            residuals += [
-                _by_displacements(
-                    MILLIMETRES * away, MILLIMETRES * np.eye(3, 6), twists[end][k], end
-                )
-                for k, away in unreached
-            ]
-            for step, row in enumerate(steps):
-                if row is not None:
-                    residuals += [
-                        _by_displacements(residual, twist_row, twists[end][step], end)
-                        for residual, twist_row in self._of_arm(arm, row)
-                    ]
-        residuals += self._spacing(rows, twists, positions[1:], orientations[1:])
+        twists = {end: path.twists(whole, displacements, end) for end in self._cell.arms}
+        bodies: list[list[_End]] = []
+        for end in (0, 1):
+            bodies.append([])
+            for step, (body, rows) in enumerate(self._placed(end, grips)):
+                bodies[end].append(body)
+                residuals += [
+                    _by_displacements(residual, row, twists[end][step], end)
+                    for residual, row in rows
+                ]
+        for step, (left, right) in enumerate(zip(*bodies, strict=True)):
+            residuals += self._spacing(left, right, {e: t[step] for e, t in twists.items()})
         return residuals
 
-    def _solved(
-        self,
-        arm: UrdfKinematics,
-        end: int,
-        positions: Float64[np.ndarray, "s 3"],
-        orientations: Float64[np.ndarray, "s 4"],
-    ) -> tuple[list[_Step | None], list[tuple[int, Float64[np.ndarray, "3"]]]]:
-        """Arm at each step, and the motions from the last pose in reach to those beyond it."""
-        joints = self._cell.joints[end]
-        last = arm.grip(joints).position
-        steps: list[_Step | None] = []
-        unreached = []
-        for k, (position, orientation) in enumerate(zip(positions, orientations, strict=True)):
-            solved = arm.solve(Pose(position, orientation), joints)
-            if solved is None:
-                steps.append(None)
-                unreached.append((k, position - last))
+    def _placed(self, end: int, grips: Grips) -> Iterator[tuple[_End, list[TwistRows]]]:
+        """Bodies of an end at each step, with the residuals of its arm if it has one."""
+        arm, cell = self._cell.arms.get(end), self._cell
+        covers = cell.gripper_spheres(end, grips)
+        joints, last = cell.joints.get(end), np.zeros(3)
+        if arm is not None:
+            last = arm.grip(joints).position
+        for k in range(len(grips)):
+            grip, cover = grips.pair(k)[end], Spheres(covers.centres[k, None], covers.radii)
+            solved = None if arm is None else arm.solve(grip, joints)
+            if arm is None:
+                yield _End(grip, cover), []
+            elif solved is None:
+                # Back to the last pose in reach.
+                away = MILLIMETRES * (grip.position - last)
+                yield _End(grip, cover), [(away, MILLIMETRES * np.eye(3, 6))]
             else:
-                joints, last = solved, position
-                steps.append(_Step(arm, joints))
-        return steps, unreached
+                joints, last = solved, grip.position
+                body = _EndOfArm(grip, cover, arm, joints)
+                yield body, self._of_arm(body)
 
-    def _of_arm(
-        self, arm: UrdfKinematics, step: _Step
-    ) -> list[tuple[Float64[np.ndarray, "r"], Float64[np.ndarray, "r 6"]]]:
-        """Residuals of one arm at one step, and their Jacobians by the twist of its grip."""
+    def _of_arm(self, body: _EndOfArm) -> list[TwistRows]:
+        """Residuals of one arm at one step."""
         problem = self._problem
         residuals = []
-        low, high = arm.joint_range
-        below, above = low + JOINT_MARGIN - step.joints, step.joints - high + JOINT_MARGIN
+        low, high = body.arm.joint_range
+        below, above = low + JOINT_MARGIN - body.joints, body.joints - high + JOINT_MARGIN
         for lack, sign in ((below, -1.0), (above, 1.0)):
             (bad,) = np.nonzero(lack > 0.0)
             if len(bad):
                 residuals.append(
-                    (RADIAN_UNIT * lack[bad], sign * RADIAN_UNIT * step.joints_per_twist[bad])
+                    (RADIAN_UNIT * lack[bad], sign * RADIAN_UNIT * body.joints_per_twist[bad])
                 )
-        residuals += self._singularity(arm, step)
+        residuals += _singularity(body)
         keep_out = problem.limits.keep_out + LINK_MARGIN
         solids = [o for o in problem.solid if o.shape != "half_space"]
         floors = [o for o in problem.solid if o.shape == "half_space"]
         for obstacles, distance in ((solids, keep_out), (floors, LINK_MARGIN)):
-            residuals += _near(step, obstacles, distance)
+            residuals += _near(body, obstacles, distance)
         return residuals
-
-    def _singularity(
-        self, arm: UrdfKinematics, step: _Step
-    ) -> list[tuple[Float64[np.ndarray, "1"], Float64[np.ndarray, "1 6"]]]:
-        moved = step.joints + JOINT_DIFFERENCE * np.eye(len(step.joints))
-        value, *values = arm.smallest_singular_values(np.vstack([step.joints, moved]))
-        lack = MIN_SINGULAR_VALUE + SINGULARITY_MARGIN - value
-        if lack <= 0.0:
-            return []
-        slope = (np.array(values) - value) / JOINT_DIFFERENCE
-        return [
-            (
-                np.array([SINGULAR_UNIT * lack]),
-                -SINGULAR_UNIT * slope[None] @ step.joints_per_twist,
-            )
-        ]
 
     def _spacing(
-        self,
-        rows: dict[int, list[_Step | None]],
-        twists: dict[int, Float64[np.ndarray, "s 6 k 6"]],
-        positions: Float64[np.ndarray, "s 2 3"],
-        orientations: Float64[np.ndarray, "s 2 4"],
+        self, left: _End, right: _End, twists: dict[int, Float64[np.ndarray, "6 k 6"]]
     ) -> list[Residuals]:
-        """Missing distances between the bodies of both ends, the two grippers excepted."""
+        """Missing distances between the bodies of both ends at one step, both grippers excepted."""
         spacing = self._problem.limits.keep_out + LINK_MARGIN
-        residuals: list[Residuals] = []
-        grippers = [
-            self._cell.gripper_spheres(end, positions[:, end], orientations[:, end])
-            for end in (0, 1)
-        ]
-        for step in range(len(positions)):
-            left, right = (
-                self._body(
-                    end,
-                    rows[end][step] if end in rows else None,
-                    grippers[end].centres[step],
-                    grippers[end].radii,
-                    positions[step, end],
-                )
-                for end in (0, 1)
-            )
-            apart = left.centres[:, None] - right.centres[None]
-            distance = np.sqrt(np.einsum("ijc,ijc->ij", apart, apart))
-            lack = spacing + left.radii[:, None] + right.radii - distance
-            lack[: left.grippers, : right.grippers] = 0.0
-            near = np.argsort(-lack, axis=None)[:PAIRS_PER_STEP]
-            for i, j in zip(*np.unravel_index(near, lack.shape), strict=True):
-                if lack[i, j] <= 0.0:
-                    break
-                normal = apart[i, j] / max(float(distance[i, j]), 1e-9)
-                residual = np.array([MILLIMETRES * lack[i, j]])
-                jacobian = np.zeros((1, twists[next(iter(twists))].shape[2], 2, 6))
-                for end, body, sign, k in ((0, left, -1.0, i), (1, right, 1.0, j)):
-                    if end in twists:
-                        row = sign * MILLIMETRES * (normal @ body.per_twist(k))[None]
-                        jacobian += _by_displacements(residual, row, twists[end][step], end)[1]
-                residuals.append((residual, jacobian))
+        apart = left.centres[:, None] - right.centres[None]
+        distance = np.sqrt(np.einsum("ijc,ijc->ij", apart, apart))
+        lack = spacing + left.radii[:, None] + right.radii - distance
+        lack[: left.grippers, : right.grippers] = 0.0
+        near = np.argsort(-lack, axis=None)[:PAIRS_PER_STEP]
+        residuals = []
+        for i, j in zip(*np.unravel_index(near, lack.shape), strict=True):
+            if lack[i, j] <= 0.0:
+                break
+            normal = apart[i, j] / max(float(distance[i, j]), 1e-9)
+            residual = np.array([MILLIMETRES * lack[i, j]])
+            bodies = ((0, left, -1.0, i), (1, right, 1.0, j))
+            rows = {
+                end: sign * MILLIMETRES * (normal @ body.per_twist(k))[None]
+                for end, body, sign, k in bodies
+            }
+            parts = [_by_displacements(residual, rows[e], t, e)[1] for e, t in twists.items()]
+            residuals.append((residual, sum(parts)))
         return residuals
 
-    def _body(
-        self,
-        end: int,
-        arm: _Step | None,
-        centres: Float64[np.ndarray, "k 3"],
-        radii: Float64[np.ndarray, "k"],
-        grip: Float64[np.ndarray, "3"],
-    ) -> _Body:
-        """Gripper, links and base of an end at one step."""
-        if arm is None:
-            return _Body(centres, radii, len(radii), grip, None)
-        base_centres, base_radii = self._cell.arms[end].base_spheres
-        return _Body(
-            np.concatenate([centres, arm.link_centres, base_centres]),
-            np.concatenate([radii, arm.link_radii, base_radii]),
-            len(radii),
-            grip,
-            arm,
-        )
+
+def _singularity(body: _EndOfArm) -> list[TwistRows]:
+    """Missing least singular value of an arm at one step."""
+    moved = body.joints + JOINT_DIFFERENCE * np.eye(len(body.joints))
+    value, *values = body.arm.smallest_singular_values(np.vstack([body.joints, moved]))
+    lack = MIN_SINGULAR_VALUE + SINGULARITY_MARGIN - value
+    if lack <= 0.0:
+        return []
+    slope = (np.array(values) - value) / JOINT_DIFFERENCE
+    by_twist = -SINGULAR_UNIT * slope[None] @ body.joints_per_twist
+    return [(np.array([SINGULAR_UNIT * lack]), by_twist)]
 
 
-@dataclass(frozen=True)
-class _Body:
-    """Spheres of one end at one step: gripper, links, base."""
-
-    centres: Float64[np.ndarray, "k 3"]
-    radii: Float64[np.ndarray, "k"]
-    grippers: int
-    """Number of spheres of the gripper."""
-    grip: Float64[np.ndarray, "3"]
-    arm: _Step | None
-
-    def per_twist(self, k: int) -> Float64[np.ndarray, "3 6"]:
-        """Motion of a sphere with a twist of the grip."""
-        if k < self.grippers:
-            x, y, z = self.centres[k] - self.grip
-            turning = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-            return np.hstack([np.eye(3), turning])
-        link = k - self.grippers
-        if self.arm is not None and link < len(self.arm.link_radii):
-            return self.arm.links_per_twist[link]
-        return np.zeros((3, 6))
-
-
-def _near(
-    step: _Step, obstacles: Sequence[Obstacle], distance: float
-) -> list[tuple[Float64[np.ndarray, "r"], Float64[np.ndarray, "r 6"]]]:
+def _near(body: _EndOfArm, obstacles: Sequence[Obstacle], distance: float) -> list[TwistRows]:
     """Missing distances of the moving links from obstacles."""
-    hit = near_pairs(step.link_centres, obstacles, step.link_radii + distance)
+    hit = near_pairs(body.link_centres, obstacles, body.link_radii + distance)
     if not len(hit.points):
         return []
-    lack = step.link_radii[hit.points] + distance - hit.distances
-    along = np.einsum("ac,act->at", hit.normals, step.links_per_twist[hit.points])
+    lack = body.link_radii[hit.points] + distance - hit.distances
+    along = np.einsum("ac,act->at", hit.normals, body.links_per_twist[hit.points])
     return [(MILLIMETRES * lack, -MILLIMETRES * along)]
-
-
-def _twists(
-    path: BlockPath,
-    orientations: Float64[np.ndarray, "s+1 2 4"],
-    displacements: BlockDisplacements,
-    end: int,
-) -> Float64[np.ndarray, "s 6 k 6"]:
-    """Change of an end's pose after each step by the displacements of its blocks."""
-    blocks = len(displacements)
-    share = path.share
-    twists = np.zeros((len(share), 6, blocks, 6))
-    twists[:, [0, 1, 2], :, [0, 1, 2]] = share[None]
-    ends = path.block_ends(orientations)[:, end]
-    change = left_jacobian(displacements[:, end, 3:], np.eye(3)[:, None, :])
-    for step, part in enumerate(share):
-        # A rotation after block k rotates the change of that block with it.
-        after = poses.multiply(orientations[step + 1, end], poses.conjugate(ends))
-        after[part < 1.0] = poses.IDENTITY
-        turned = poses.rotate(after[None], change) * part[None, :, None]
-        twists[step, 3:, :, 3:] = np.transpose(turned, (2, 1, 0))
-    return twists
 
 
 def _by_displacements(

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from jaxtyping import Float64
-
 from lariat.arms.installation import kinematics_of
 from lariat.arms.kinematics import Joints, UrdfKinematics
 from lariat.geometry.grippers import GripperBody, gripper_bodies
+from lariat.geometry.grips import Grips
 from lariat.safety.constraints.sphere_distance import Spheres
 from lariat.scenario import SIDES, Scenario
 
@@ -44,11 +42,7 @@ class CellArms:
         bodies = gripper_bodies(limits.gripper_reach, limits.gripper_radius)
         return cls(arms, bodies, start_joints)
 
-    def gripper_spheres(
-        self,
-        end: int,
-        positions: Float64[np.ndarray, "m 3"],
-        orientations: Float64[np.ndarray, "m 4"],
-    ) -> Spheres:
-        """Return the spheres that cover the gripper of one end at m poses of its grip."""
-        return Spheres.of_gripper(self.grippers[end].spheres, positions, orientations)
+    def gripper_spheres(self, end: int, grips: Grips) -> Spheres:
+        """Return the spheres that cover the gripper of one end at the poses of its grip."""
+        cover = self.grippers[end].spheres
+        return Spheres.of_gripper(cover, grips.positions[:, end], grips.orientations[:, end])

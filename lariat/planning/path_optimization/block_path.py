@@ -8,8 +8,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
+from lariat.geometry.grips import Grips
 from lariat.planning.problem import Problem
 from lariat.rod import EDGE_AXIS
+from lariat.rod.so3 import left_jacobian
 
 BLOCKS = 12
 """Number of blocks, in each of which both grips move by a constant displacement."""
@@ -26,6 +28,9 @@ STEP_TIME = 0.4
 
 BLOCK_TIME = STEPS_PER_BLOCK * STEP_TIME
 """Duration of a block [s]."""
+
+ALL_STEPS = slice(None)
+"""Every step of a path."""
 
 BlockDisplacements = Float64[np.ndarray, "k 2 6"]
 """Translation [m] and rotation vector [rad] of both grips in each block."""
@@ -57,29 +62,39 @@ class BlockPath:
         still = np.zeros((1, 2, 6))
         return np.concatenate([displacements / BLOCK_TIME, still])
 
-    def grips(
-        self, displacements: BlockDisplacements
-    ) -> tuple[Float64[np.ndarray, "s 2 3"], Float64[np.ndarray, "s 2 4"]]:
-        """Return positions [m] and orientations of both grips, at the start and after each step."""
-        steps = STEPS_PER_BLOCK
-        begin = np.stack([g.position for g in self._problem.grips])
-        q = np.stack([g.orientation for g in self._problem.grips])
-        positions = begin + np.einsum("sk,kec->sec", self.share, displacements[..., :3])
+    def grips(self, displacements: BlockDisplacements) -> Grips:
+        """Return both grips at the start and after each step."""
+        begin = Grips.of(self._problem.grips)
+        moves = np.einsum("sk,kec->sec", self.share, displacements[..., :3])
+        positions = np.concatenate([begin.positions, begin.positions + moves])
         if not displacements[..., 3:].any():
-            still = np.repeat(q[None], len(positions) + 1, axis=0)
-            return np.concatenate([begin[None], positions]), still
-        turns = poses.exponential(np.repeat(displacements[..., 3:] / steps, steps, axis=0))
-        orientations = [q]
-        for turn in turns:
-            q = poses.normalized(poses.multiply(turn, q))
-            orientations.append(q)
-        return np.concatenate([begin[None], positions]), np.array(orientations)
+            return Grips(positions, np.repeat(begin.orientations, len(positions), axis=0))
+        steps = STEPS_PER_BLOCK
+        orientations = [begin.orientations[0]]
+        for turn in poses.exponential(np.repeat(displacements[..., 3:] / steps, steps, axis=0)):
+            orientations.append(poses.normalized(poses.multiply(turn, orientations[-1])))
+        return Grips(positions, np.array(orientations))
 
-    def block_ends(
-        self, orientations: Float64[np.ndarray, "s 2 4"]
-    ) -> Float64[np.ndarray, "k 2 4"]:
-        """Return the orientations after each block, out of those of `grips`."""
-        return orientations[STEPS_PER_BLOCK::STEPS_PER_BLOCK]
+    def twists(
+        self, grips: Grips, displacements: BlockDisplacements, end: int, steps: slice = ALL_STEPS
+    ) -> Float64[np.ndarray, "s 6 k 6"]:
+        """Return the change of an end's pose after steps by the displacements of its blocks.
+
+        Args:
+            grips: Those of the displacements, from `grips`.
+        """
+        share, after_step = self.share[steps], grips.orientations[1:, end][steps]
+        twists = np.zeros((len(share), 6, len(displacements), 6))
+        twists[:, [0, 1, 2], :, [0, 1, 2]] = share[None]
+        back = poses.conjugate(grips.orientations[STEPS_PER_BLOCK::STEPS_PER_BLOCK, end])
+        change = left_jacobian(displacements[:, end, 3:], np.eye(3)[:, None, :])
+        for twist, part, q in zip(twists, share, after_step, strict=True):
+            # A rotation after block k rotates the change of that block with it.
+            after = poses.multiply(q, back)
+            after[part < 1.0] = poses.IDENTITY
+            turned = poses.rotate(after[None], change) * part[None, :, None]
+            twist[3:, :, 3:] = np.transpose(turned, (2, 1, 0))
+        return twists
 
     def translation_to_goal(self) -> Float64[np.ndarray, "k 2 3"]:
         """Return the even translation to the goal's grips [m]."""
@@ -102,12 +117,9 @@ class BlockPath:
         s = np.linspace(0.0, 1.0, blocks + 1)[:, None]
         for end, (now, goal) in enumerate(zip(problem.grips, problem.goal.grips, strict=True)):
             if rotates[end]:
-                whole = poses.logarithm(
-                    poses.multiply(goal.orientation, poses.conjugate(now.orientation))
-                )
+                whole = poses.rotation_from(now.orientation, goal.orientation)
                 spun = poses.exponential(2.0 * np.pi * shares[end] * s * EDGE_AXIS)
                 here = np.broadcast_to(now.orientation, spun.shape)
                 path = poses.multiply(poses.multiply(poses.exponential(s * whole), here), spun)
-                steps = poses.multiply(path[1:], poses.conjugate(path[:-1]))
-                rotations[:, end] = poses.logarithm(steps)
+                rotations[:, end] = poses.rotation_from(path[:-1], path[1:])
         return rotations

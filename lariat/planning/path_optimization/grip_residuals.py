@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.geometry.grippers import axis_spacing, gripper_axis_distance
+from lariat.geometry.grippers import axis_spacing
+from lariat.geometry.grips import Grips
 from lariat.planning.path_optimization.block_path import BlockDisplacements, BlockPath
 from lariat.planning.problem import Problem
-from lariat.rod.so3 import left_jacobian
 from lariat.safety.motion_contract import PATH_SPACING_MARGIN, PATH_WORKSPACE_MARGIN
 
 MILLIMETRES = 1e3
@@ -44,13 +44,12 @@ def grip_residuals(
     residuals = _motion_residuals(displacements, unit, scaled)
     whole = path.grips(displacements)
     residuals += [
-        _orientation_residual(problem, unit[3:], path.block_ends(whole[1]), displacements, end)
+        _orientation_residual(problem, unit[3:], path, whole, displacements, end)
         for end, oriented in enumerate(problem.goal.oriented)
         if oriented
     ]
-    positions, orientations = (part[1:] for part in whole)
-    residuals += _distance_residuals(problem, path.share, positions, orientations, reserve)
-    return residuals + _workspace_residuals(problem, path.share, positions)
+    residuals += _distance_residuals(problem, path.share, whole[1:], reserve)
+    return residuals + _workspace_residuals(problem, path.share, whole.positions[1:])
 
 
 def _scaled_identity(
@@ -82,38 +81,33 @@ def _motion_residuals(
 def _orientation_residual(
     problem: Problem,
     unit: Float64[np.ndarray, "3"],
-    block_ends: Float64[np.ndarray, "k 2 4"],
+    path: BlockPath,
+    whole: Grips,
     displacements: BlockDisplacements,
     end: int,
 ) -> Residuals:
     """Rotation from the goal's orientation of one grip to that at the end of the path."""
-    last = block_ends[-1, end]
     goal = problem.goal.grips[end].orientation
-    residual = poses.logarithm(poses.multiply(last, poses.conjugate(goal)))
-    # A rotation after block k rotates the change of that block with it.
-    after = poses.multiply(last, poses.conjugate(block_ends[:, end]))
-    change = left_jacobian(displacements[:, end, 3:], np.eye(3)[:, None, :])
-    turned = poses.rotate(after, change)
+    residual = poses.rotation_from(goal, whole.orientations[-1, end])
+    (twist,) = path.twists(whole, displacements, end, slice(-1, None))
     jacobian = np.zeros((3, len(displacements), 2, 6))
-    jacobian[:, :, end, 3:] = np.einsum("r,dkr->rkd", unit, turned)
+    jacobian[:, :, end, 3:] = unit[:, None, None] * twist[3:, :, 3:]
     return unit * residual, jacobian
 
 
 def _distance_residuals(
     problem: Problem,
     share: Float64[np.ndarray, "s k"],
-    positions: Float64[np.ndarray, "s 2 3"],
-    orientations: Float64[np.ndarray, "s 2 4"],
+    grips: Grips,
     reserve: float,
 ) -> list[Residuals]:
     """Distances of the grips, and of the grippers' axes, outside their limits."""
     limits = problem.limits
-    chord = positions[:, 1] - positions[:, 0]
+    chord = grips.positions[:, 1] - grips.positions[:, 0]
     distance = np.linalg.norm(chord, axis=1)
     direction = chord / np.maximum(distance, 1e-9)[:, None]
     longest = problem.longest_grip_distance
-    grippers = problem.grippers(positions, orientations)
-    bodies = gripper_axis_distance(*grippers, limits.gripper_reach)
+    bodies = problem.gripper_distances(grips)
     spacing = axis_spacing(limits.gripper_radius, limits.keep_out)
     residuals = []
     for apart, towards, least, most in (

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
-from lariat.geometry.grippers import swept_gripper_points
+from lariat.geometry.grips import Grips
 from lariat.geometry.near_pairs import NearPairs, near_pairs
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.polylines import with_midpoints
@@ -199,10 +199,8 @@ class PathOptimizer:
                 break
         return candidate
 
-    def grips(
-        self, candidate: PathCandidate
-    ) -> tuple[Float64[np.ndarray, "s 2 3"], Float64[np.ndarray, "s 2 4"]]:
-        """Return positions [m] and orientations of both grips, at the start and after each step."""
+    def grips(self, candidate: PathCandidate) -> Grips:
+        """Return both grips at the start and after each step."""
         return self._path.grips(candidate.displacements)
 
     def _rollout_spec(
@@ -229,9 +227,7 @@ class PathOptimizer:
         points = with_midpoints(np.concatenate([start, nodes[: len(self._margins)]]))
         rope = swept_pairs(points, problem.obstacles, problem.radius, self._margins)
         support = swept_pairs(points, problem.supports, problem.radius, self._support_margins, 0)
-        positions, orientations = self._path.grips(displacements)
-        grippers = problem.grippers(positions[1:], orientations[1:])
-        points = swept_gripper_points(*grippers, problem.limits.gripper_reach)
+        points = problem.gripper_points(self._path.grips(displacements)[1:]).reshape(-1, 3)
         keep = max(problem.clearance, problem.limits.keep_out) + self.reserve
         gripper_distance = keep + problem.limits.gripper_radius
         gripper = near_pairs(points, problem.solid, np.full(len(points), gripper_distance))

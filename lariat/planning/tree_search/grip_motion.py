@@ -13,38 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
-
-
-@dataclass(frozen=True)
-class Grips:
-    """Poses of both grips, in k places."""
-
-    positions: Float64[np.ndarray, "k 2 3"]
-    """Positions [m]."""
-    orientations: Float64[np.ndarray, "k 2 4"]
-    """Orientations, wxyz."""
-
-    def __len__(self) -> int:
-        return len(self.positions)
-
-    def __getitem__(self, index: object) -> Grips:
-        return Grips(self.positions[index], self.orientations[index])
-
-    @classmethod
-    def of(cls, *pairs: tuple[poses.Pose, poses.Pose]) -> Grips:
-        """Return the poses of pairs of grips."""
-        return cls(
-            np.array([[g.position for g in pair] for pair in pairs]),
-            np.array([[g.orientation for g in pair] for pair in pairs]),
-        )
-
-    @classmethod
-    def joined(cls, *parts: Grips) -> Grips:
-        """Return several places one after the other."""
-        return cls(
-            np.concatenate([p.positions for p in parts]),
-            np.concatenate([p.orientations for p in parts]),
-        )
+from lariat.geometry.grips import Grips
 
 
 @dataclass(frozen=True)
@@ -98,7 +67,7 @@ class GripMotion:
         positions[shares >= 1.0] = np.repeat(b.positions[:, None], shares.shape[1], axis=1)[
             shares >= 1.0
         ]
-        whole = poses.logarithm(poses.multiply(b.orientations, poses.conjugate(a.orientations)))
+        whole = poses.rotation_from(a.orientations, b.orientations)
         steps = poses.exponential(s[..., None] * whole[:, None])
         turned = poses.multiply(steps, np.broadcast_to(a.orientations[:, None], steps.shape))
         return Grips(positions.reshape(-1, 2, 3), turned.reshape(-1, 2, 4))

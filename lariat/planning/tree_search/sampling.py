@@ -8,9 +8,10 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
+from lariat.geometry.grips import Grips
 from lariat.geometry.obstacles import scene_distance
 from lariat.planning.problem import Problem
-from lariat.planning.tree_search.grip_motion import GripMotion, Grips
+from lariat.planning.tree_search.grip_motion import GripMotion
 from lariat.planning.tree_search.passage_traversals import find_threads
 from lariat.planning.tree_search.passages import find_passages
 from lariat.planning.tree_search.sag import SagTable

@@ -15,9 +15,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
+from lariat.geometry.grips import Grips
 from lariat.geometry.poses import Pose
 from lariat.planning.problem import Problem
-from lariat.planning.tree_search.grip_motion import GripMotion, Grips
+from lariat.planning.tree_search.grip_motion import GripMotion
 from lariat.planning.tree_search.sag import SagTable
 from lariat.planning.tree_search.sampling import GripSampler, Samples
 from lariat.planning.tree_search.shape_check import ShapeCheck
@@ -299,7 +300,7 @@ class TreeSearch:
         orientations = grips.orientations.reshape(count, steps, 2, 4)
         before = np.concatenate([start.positions[:, None], positions[:, :-1]], axis=1)
         turned = np.concatenate([start.orientations[:, None], orientations[:, :-1]], axis=1)
-        rotations = poses.logarithm(poses.multiply(orientations, poses.conjugate(turned)))
+        rotations = poses.rotation_from(turned, orientations)
         actions = np.concatenate([positions - before, rotations], axis=3) / STEP_TIME
         rollouts = self._rod.rollout(
             RolloutSpec(begin, actions, STEP_TIME, obstacles=self._supports)
@@ -323,9 +324,7 @@ class TreeSearch:
 
     def _followed(self, begin: RodState, grips: Grips) -> tuple[list[RodState], bool]:
         """Rod along a path from its first place, and whether all shapes are clear."""
-        positions, q = grips.positions, grips.orientations
-        rotations = poses.logarithm(poses.multiply(q[1:], poses.conjugate(q[:-1])))
-        actions = np.concatenate([np.diff(positions, axis=0), rotations], axis=2) / STEP_TIME
+        actions = grips.steps() / STEP_TIME
         rollout = self._rod.rollout(
             RolloutSpec(begin, actions, STEP_TIME, obstacles=self._supports)
         )
@@ -394,7 +393,5 @@ def pose_displacements(
     share = ((block_ends - at[before]) / (at[before + 1] - at[before]))[:, None, None]
     positions, q = grips.positions, grips.orientations
     places = (1.0 - share) * positions[before] + share * positions[before + 1]
-    turn = poses.logarithm(poses.multiply(q[before + 1], poses.conjugate(q[before])))
-    turned = poses.multiply(poses.exponential(share * turn), q[before])
-    rotations = poses.logarithm(poses.multiply(turned[1:], poses.conjugate(turned[:-1])))
-    return np.concatenate([np.diff(places, axis=0), rotations], axis=2)
+    turn = poses.rotation_from(q[before], q[before + 1])
+    return Grips(places, poses.multiply(poses.exponential(share * turn), q[before])).steps()

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.geometry.grippers import axis_spacing, gripper_axis_distance, swept_gripper_points
+from lariat.geometry.grippers import axis_spacing
+from lariat.geometry.grips import Grips
 from lariat.geometry.obstacles import scene_distance
 from lariat.geometry.polylines import with_midpoints
 from lariat.planning.problem import Problem
-from lariat.planning.tree_search.grip_motion import Grips
 from lariat.safety.motion_contract import PATH_SPACING_MARGIN, PATH_WORKSPACE_MARGIN
 
 START_RELAXATION = 1e-3
@@ -68,11 +68,9 @@ class ShapeCheck:
         self, nodes: Float64[np.ndarray, "k n 3"], grips: Grips
     ) -> Float64[np.ndarray, "4 k"]:
         """Clearances of rope and grippers; distances of the grips and of the grippers' axes [m]."""
-        problem, reach = self._problem, self._problem.limits.gripper_reach
+        problem = self._problem
         rope = scene_distance(with_midpoints(nodes), problem.obstacles).min(axis=1)
-        grippers = problem.grippers(grips.positions, grips.orientations)
-        points = swept_gripper_points(*grippers, reach)
-        body = scene_distance(points.reshape(-1, 6, 3), problem.solid).min(axis=1)
+        body = scene_distance(problem.gripper_points(grips), problem.solid).min(axis=1)
         apart = np.linalg.norm(grips.positions[:, 1] - grips.positions[:, 0], axis=1)
-        axes, _ = gripper_axis_distance(*grippers, reach)
+        axes, _ = problem.gripper_distances(grips)
         return np.array([rope - problem.radius, body - problem.limits.gripper_radius, apart, axes])

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from lariat.planning.tree_search.grip_motion import GripMotion, Grips
+from lariat.geometry.grips import Grips
+from lariat.planning.tree_search.grip_motion import GripMotion
 from lariat.rod import RodState
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
-from lariat.planning.alternatives import alternative_paths, difference, duration, travel
+from lariat.planning.alternatives import alternative_paths, difference, travel
 from lariat.planning.problem import Problem, WholePath
 from lariat.rod import Rod, RodProperties
 from lariat.scenario.sections import Goal, Limits
@@ -70,7 +70,7 @@ def test_alternatives_are_ranked_by_clearance_then_time(paths: list[WholePath]) 
     assert lacks == sorted(lacks)
     for k in range(len(paths) - 1):
         if lacks[k] == lacks[k + 1]:
-            assert duration(paths[k]) <= duration(paths[k + 1])
+            assert paths[k].duration <= paths[k + 1].duration
     assert all(travel(path) > 0.4 for path in paths)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry.cable_routes import held_clips
+from lariat.geometry.grips import Grips
 from lariat.geometry.poses import Pose
 from lariat.planning import Problem, WholePath, plan, scenario_problem
 from lariat.planning.laying import plan_laying
@@ -22,11 +23,9 @@ def board() -> Problem:
 
 def jump(problem: Problem) -> WholePath:
     """Path of one step to the goal, in place of a search."""
-    grips = problem.goal.grips
-    positions = np.stack([[grip.position for grip in grips]] * 2)
-    orientations = np.stack([[grip.orientation for grip in grips]] * 2)
+    there = Grips.of(problem.goal.grips, problem.goal.grips)
     nodes = np.stack([problem.goal.nodes] * 2)
-    return WholePath(0.02, positions, orientations, nodes, True, "", 0.0, np.inf)
+    return WholePath(there.positions, there.orientations, nodes, True, "", 0.0, np.inf)
 
 
 @pytest.fixture(scope="module")

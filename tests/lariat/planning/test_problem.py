@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from lariat.geometry import poses
-from lariat.geometry.grippers import gripper_axis_distance
+from lariat.geometry.grips import Grips
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from lariat.planning.collision_check import gripper_overlap, path_clearance
+from lariat.planning.path_check import gripper_overlap, path_clearance
 from lariat.planning.problem import Problem, WholePath
 from lariat.rod import Rod, RodProperties
 from lariat.scenario.sections import Goal, Limits
@@ -41,10 +41,9 @@ def problem_with(*obstacles: Obstacle, held: tuple[Pose, Pose]) -> Problem:
 
 
 def standing(problem: Problem) -> WholePath:
-    positions = np.array([[g.position for g in problem.grips]] * 2)
-    orientations = np.array([[g.orientation for g in problem.grips]] * 2)
+    here = Grips.of(problem.grips, problem.grips)
     nodes = np.array([problem.state.positions] * 2)
-    return WholePath(0.02, positions, orientations, nodes, True, "", 0.0, 0.1)
+    return WholePath(here.positions, here.orientations, nodes, True, "", 0.0, 0.1)
 
 
 def test_grippers_lead_the_ends_along_their_path() -> None:
@@ -55,7 +54,7 @@ def test_grippers_lead_the_ends_along_their_path() -> None:
     )
     orientations = poses.normalized(random.normal(size=(5, 2, 4)))
     path = WholePath(
-        0.02, random.normal(size=(5, 2, 3)), orientations, np.zeros((5, 8, 3)), True, "", 0.0, 0.1
+        random.normal(size=(5, 2, 3)), orientations, np.zeros((5, 8, 3)), True, "", 0.0, 0.1
     )
     led = path.of_grippers(problem_with(held=ends))
     for k in range(5):
@@ -70,10 +69,10 @@ def test_clearance_of_a_path_is_that_of_grippers_beside_the_ends() -> None:
     post = Obstacle("sphere", (-0.2, -0.1, 0.3), radius=0.05, name="post")
     exact = problem_with(post, held=(BESIDE.inverse() @ BESIDE, BESIDE.inverse() @ BESIDE))
     path = standing(exact)
-    apart = path_clearance(exact, path.positions, path.orientations, path.nodes)
+    apart = path_clearance(exact, path, path.nodes)
     assert apart == pytest.approx(0.05 - Limits().gripper_radius)
     beside = replace(exact, held=(BESIDE, BESIDE))
-    nearer = path_clearance(beside, path.positions, path.orientations, path.nodes)
+    nearer = path_clearance(beside, path, path.nodes)
     assert nearer == pytest.approx(apart - 0.004)
 
 
@@ -83,7 +82,6 @@ def test_overlap_of_grippers_is_that_of_their_bodies_beside_the_ends() -> None:
     away = Pose(np.array([0.0, 0.0, 0.004]), BESIDE.orientation)
     problem = problem_with(held=(towards, away))
     path = standing(problem)
-    grippers = problem.grippers(path.positions, path.orientations)
-    bodies, _ = gripper_axis_distance(*grippers, Limits().gripper_reach)
+    bodies, _ = problem.gripper_distances(path)
     assert bodies == pytest.approx(0.4 - 2 * 0.004)
-    assert gripper_overlap(problem, path.positions, path.orientations) <= 0.0
+    assert gripper_overlap(problem, path) <= 0.0

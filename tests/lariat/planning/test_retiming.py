@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.planning import retiming
-from lariat.planning.dynamic_check import simulate_path
+from lariat.planning.path_check import simulate_path
 from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.planning.problem import Problem
 from lariat.planning.retiming import retime
@@ -21,7 +21,7 @@ def test_no_skipped_pace_is_better_than_the_chosen_one(behind_the_wall: Problem)
     costs, alone = [], []
     for pace in retiming.PACES:
         path = retime(behind_the_wall, optimizer, candidate, paces=(pace,))
-        swing = simulate_path(behind_the_wall, path.positions, path.orientations, path.dt)[1]
+        swing = simulate_path(behind_the_wall, path)[1]
         costs.append(len(path.positions) * path.dt + np.log1p(swing / retiming.NEGLIGIBLE_SWING))
         alone.append(path)
     sufficient = retiming.SUFFICIENT_CLEARANCE * optimizer.wanted_clearance

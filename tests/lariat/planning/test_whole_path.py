@@ -9,7 +9,7 @@ from lariat.geometry import poses
 from lariat.geometry.grippers import gripper_axis_distance
 from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
-from lariat.planning.dynamic_check import simulate_path
+from lariat.planning.path_check import simulate_path
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.whole_path import plan
 from lariat.rod import Rod, RodProperties
@@ -219,12 +219,7 @@ def test_path_for_an_unsure_rope_keeps_a_longer_one_clear_too(
 
     def clearance(found: WholePath) -> float:
         state = variant.rest(*problem.grips, guess=problem.state).state
-        nodes, _ = simulate_path(
-            replace(problem, rod=variant, state=state),
-            found.positions,
-            found.orientations,
-            found.dt,
-        )
+        nodes, _ = simulate_path(replace(problem, rod=variant, state=state), found)
         # On the way: the longer rope comes to rest elsewhere.
         return min(
             chain_clearance(n, problem.radius, WALL) for n in nodes[: 4 * len(nodes) // 5 : 4]

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lariat.geometry.grips import Grips
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.shorter_path import stay
 from lariat.scenario import Scenario, load
@@ -191,11 +192,10 @@ def test_planner_knows_where_the_grippers_hold_the_ends() -> None:
     rod.grip_offset.extend(Estimate(value=v, standard_deviation=1e-3) for v in aside)
     rod.grip_rotation.extend(Estimate(value=0.0, standard_deviation=1e-2) for _ in range(6))
     problem = problem_of(SCENARIO, rod)
-    ends = np.array([[grip.position for grip in problem.grips]])
-    turns = np.array([[grip.orientation for grip in problem.grips]])
-    grippers, _ = problem.grippers(ends, turns)
+    ends = Grips.of(problem.grips)
+    grippers = problem.grippers(ends).positions
     believed = [grip.position for grip in SCENARIO.grips(SCENARIO.start)]
-    assert np.linalg.norm(ends[0] - grippers[0], axis=1) == pytest.approx([0.003, 0.002])
+    assert np.linalg.norm(ends.positions[0] - grippers[0], axis=1) == pytest.approx([0.003, 0.002])
     assert grippers[0] == pytest.approx(np.array(believed))
 
 

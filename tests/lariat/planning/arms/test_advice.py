@@ -19,4 +19,4 @@ def test_a_move_of_the_base_that_would_help_does_help():
     problem = scenario_problem(replace(cell, ends=replace(cell.ends, left=moved)))
     path = plan(problem)
     assert path.reached
-    assert arm_fault(problem, path.positions, path.orientations, path.dt) is None
+    assert arm_fault(problem, path) is None

@@ -24,17 +24,13 @@ def usual(free: Problem) -> WholePath:
     return plan(replace(free, arms=None))
 
 
-def fault_of(problem: Problem, path: WholePath):
-    return arm_fault(problem, path.positions, path.orientations, path.dt)
-
-
 def test_a_path_in_free_space_is_without_fault(free: Problem, usual: WholePath):
-    assert fault_of(free, usual) is None
+    assert arm_fault(free, usual) is None
     assert goal_fault(free) is None
 
 
 def test_a_link_that_meets_a_post_is_a_fault_of_its_arm(usual: WholePath):
-    fault = fault_of(two_arms(IN_THE_WAY), usual)
+    fault = arm_fault(two_arms(IN_THE_WAY), usual)
     assert fault is not None
     assert (fault.rule, fault.side) == ("keep_out", "left")
     assert "link" in str(fault)
@@ -42,7 +38,7 @@ def test_a_link_that_meets_a_post_is_a_fault_of_its_arm(usual: WholePath):
 
 
 def test_a_joint_that_turns_too_fast_is_a_fault(free: Problem, usual: WholePath):
-    fault = arm_fault(free, usual.positions, usual.orientations, 0.1 * usual.dt)
+    fault = arm_fault(free, replace(usual, dt=0.1 * usual.dt))
     assert fault is not None
     assert fault.rule == "joint_speed"
 
@@ -50,17 +46,17 @@ def test_a_joint_that_turns_too_fast_is_a_fault(free: Problem, usual: WholePath)
 def test_a_plan_slows_down_until_the_joints_keep_their_acceleration(free: Problem):
     limited = replace(free, limits=replace(free.limits, joint_acceleration=0.5))
     fast, slow = plan(free), plan(limited)
-    fault = fault_of(limited, fast)
+    fault = arm_fault(limited, fast)
     assert fault is not None
     assert fault.rule == "joint_acceleration"
     assert slow.reached, slow.reason
-    assert fault_of(limited, slow) is None
+    assert arm_fault(limited, slow) is None
     assert len(slow.positions) > len(fast.positions)
 
 
 def test_a_way_beyond_the_reach_of_an_arm_is_a_fault(free: Problem, usual: WholePath):
     away = np.linspace(0.0, 1.0, len(usual.positions))[:, None, None] * [[0.0, 0.0, 0.9]]
-    fault = arm_fault(free, usual.positions + away, usual.orientations, usual.dt)
+    fault = arm_fault(free, replace(usual, positions=usual.positions + away))
     assert fault is not None
     assert fault.rule in ("singularity", "joint_limits")
 
@@ -70,7 +66,7 @@ def test_two_arms_that_meet_are_a_fault(free: Problem, usual: WholePath):
     crossed = usual.positions.copy()
     crossed[:, 0] += share * [0.25, 0.0, 0.0]
     crossed[:, 1] -= share * [0.25, 0.0, 0.0]
-    fault = arm_fault(free, crossed, usual.orientations, usual.dt)
+    fault = arm_fault(free, replace(usual, positions=crossed))
     assert fault is not None
     assert fault.rule == "spacing"
     assert "the two arms" in str(fault)
@@ -104,7 +100,7 @@ def test_a_plan_leads_the_links_around_a_post():
     problem = two_arms(IN_THE_WAY)
     blind = plan(replace(problem, arms=None))
     assert blind.reached
-    assert fault_of(problem, blind) is not None
+    assert arm_fault(problem, blind) is not None
     path = plan(problem)
     assert path.reached
-    assert fault_of(problem, path) is None
+    assert arm_fault(problem, path) is None

@@ -51,7 +51,7 @@ def test_the_gradient_is_the_derivative_of_half_the_cost(
 def test_grips_of_a_candidate_lead_from_start_to_goal(
     behind_the_wall: Problem, optimizer: PathOptimizer, seeds: list[PathCandidate]
 ) -> None:
-    positions, _ = optimizer.grips(seeds[1])
+    positions = optimizer.grips(seeds[1]).positions
     for grips, at in ((behind_the_wall.grips, 0), (behind_the_wall.goal.grips, -1)):
         np.testing.assert_allclose(positions[at], [g.position for g in grips], atol=1e-12)
 

@@ -1,14 +1,16 @@
-"""Check of a timed path: clearance of rope and grippers, between the grippers, and tension."""
+"""Check of a timed path: the rope in motion, its clearance and the grippers', and its tension."""
 
 from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry.grippers import axis_spacing, gripper_axis_distance, swept_gripper_points
+from lariat.geometry.grippers import axis_spacing
+from lariat.geometry.grips import Grips
 from lariat.geometry.obstacles import signed_distance
 from lariat.geometry.swept_clearance import sweep_step, swept_clearance
-from lariat.planning.problem import Problem
+from lariat.planning.problem import PATH_PERIOD, Problem, WholePath
+from lariat.rod import RolloutSpec
 from lariat.rod.strains import tensions
 from lariat.safety.motion_contract import CHUNK_BOUNDARY_MARGIN
 
@@ -16,59 +18,67 @@ MIN_CLEARANCE = 0.005
 """Clearance below which a path is blocked [m], unless start or goal have less."""
 CLEARANCE_TOLERANCE = 5e-4
 """Lack of clearance that is accepted [m]."""
+ROD_SUBSTEPS = 2
+"""Number of substeps of the rod between two points of a path, sufficient for its swing."""
+SWING_POINTS = 40
+"""Number of points after the end during which the swing is measured."""
 
 
-def path_clearance(
-    problem: Problem,
-    positions: Float64[np.ndarray, "t 2 3"],
-    orientations: Float64[np.ndarray, "t 2 4"],
-    nodes: Float64[np.ndarray, "t n 3"],
-) -> float:
+def simulate_path(problem: Problem, grips: Grips) -> tuple[Float64[np.ndarray, "k n 3"], float]:
+    """Return the nodes along a timed path, dynamics included, and the swing after it [m].
+
+    Args:
+        grips: Grips at the points of the path.
+    """
+    actions = np.concatenate([grips.steps() / PATH_PERIOD, np.zeros((SWING_POINTS, 2, 6))])
+    spec = RolloutSpec(
+        problem.state,
+        actions,
+        PATH_PERIOD,
+        substeps=ROD_SUBSTEPS,
+        obstacles=problem.packed_supports,
+    )
+    nodes = problem.rod.rollout(spec).positions
+    after = nodes[-SWING_POINTS:]
+    swing = float(np.max(np.linalg.norm(after - np.mean(after, axis=0), axis=2)))
+    return np.concatenate([problem.state.positions[None], nodes[:-SWING_POINTS]]), swing
+
+
+def path_clearance(problem: Problem, grips: Grips, nodes: Float64[np.ndarray, "k n 3"]) -> float:
     """Return the least distance of rope and grippers from all obstacles along a path [m].
 
     The motion between two points counts too, so that nothing jumps over a thin body. Where the
     grippers come too close to each other, it is what they lack, negative.
 
     Args:
-        positions: Positions of the grips [m].
-        orientations: Orientations of the grips, wxyz.
-        nodes: Nodes of the rope [m].
+        grips: Grips at the points of the path.
+        nodes: Nodes of the rope there [m].
     """
-    limits = problem.limits
-    grippers = problem.grippers(positions, orientations)
-    bodies = swept_gripper_points(*grippers, limits.gripper_reach)
-    bodies = _densified(bodies.reshape(len(positions), 6, 3), limits.gripper_radius, problem)
+    radius = problem.limits.gripper_radius
+    bodies = _densified(problem.gripper_points(grips), radius, problem)
     least = swept_clearance(nodes, problem.radius, problem.obstacles)
     for obstacle in problem.solid:
-        least = min(least, np.min(signed_distance(bodies, obstacle)) - limits.gripper_radius)
-    overlap = gripper_overlap(problem, positions, orientations)
+        least = min(least, np.min(signed_distance(bodies, obstacle)) - radius)
+    overlap = gripper_overlap(problem, grips)
     return -overlap if overlap > 0.0 else float(least)
 
 
-def fault_on_the_way(
-    problem: Problem,
-    positions: Float64[np.ndarray, "t 2 3"],
-    orientations: Float64[np.ndarray, "t 2 4"],
-    nodes: Float64[np.ndarray, "t n 3"],
-    clearance: float,
-    least: float,
-) -> str:
+def fault_on_the_way(problem: Problem, path: WholePath, least: float) -> str:
     """Return in words why a timed path cannot be gone; empty where it can.
 
     Args:
-        clearance: Its clearance [m]; other arguments as in `path_clearance`.
         least: Clearance that it needs [m].
     """
-    overlap = gripper_overlap(problem, positions, orientations)
+    overlap = gripper_overlap(problem, path)
     if overlap > 0.0:
         return f"the grippers come {1e3 * overlap:.1f} mm too close to each other"
     limit = problem.limits.tension
-    tension = float(np.max(tensions(nodes, problem.rod.properties)))
+    tension = float(np.max(tensions(path.nodes, problem.rod.properties)))
     if limit is not None and tension > limit:
         return f"the rope is pulled with {tension:.2f} N (limits.tension = {limit:g} N)"
-    if clearance < least - CLEARANCE_TOLERANCE:
+    if path.clearance < least - CLEARANCE_TOLERANCE:
         return (
-            f"rope or grippers come within {1e3 * clearance:.1f} mm of an obstacle "
+            f"rope or grippers come within {1e3 * path.clearance:.1f} mm of an obstacle "
             f"({1e3 * least:.1f} mm needed)"
         )
     return ""
@@ -88,19 +98,14 @@ def _densified(
     return (1.0 - share) * points[first] + share * points[first + 1]
 
 
-def gripper_overlap(
-    problem: Problem,
-    positions: Float64[np.ndarray, "t 2 3"],
-    orientations: Float64[np.ndarray, "t 2 4"],
-) -> float:
+def gripper_overlap(problem: Problem, grips: Grips) -> float:
     """Return the largest lack of distance between the grippers, beyond that at the start [m].
 
-    Positive when they come too close to each other; arguments as in `path_clearance`.
+    Positive when they come too close to each other.
     """
     limits = problem.limits
-    grippers = problem.grippers(positions, orientations)
-    bodies, _ = gripper_axis_distance(*grippers, limits.gripper_reach)
-    grips = np.linalg.norm(positions[:, 1] - positions[:, 0], axis=1)
+    bodies, _ = problem.gripper_distances(grips)
+    apart = np.linalg.norm(grips.positions[:, 1] - grips.positions[:, 0], axis=1)
     spacing = axis_spacing(limits.gripper_radius, limits.keep_out)
-    lacks = [spacing - bodies, limits.spacing + CHUNK_BOUNDARY_MARGIN - grips]
+    lacks = [spacing - bodies, limits.spacing + CHUNK_BOUNDARY_MARGIN - apart]
     return max(float(np.max(lack) - max(lack[0], 0.0)) for lack in lacks)

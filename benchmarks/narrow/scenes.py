@@ -23,7 +23,7 @@ from lariat.geometry.grips import Grips
 from lariat.geometry.obstacles import signed_distance
 from lariat.geometry.swept_clearance import swept_clearance
 from lariat.planning.time_parameterization import Pace, time_parameterize
-from lariat.planning.tree_search.grip_motion import GripMotion
+from lariat.planning.tree_search.grip_motion import Chords, GripMotion
 from lariat.planning.tree_search.sag import SagTable
 from lariat.rod import EDGE_AXIS, Rod, RodState, RolloutSpec
 from lariat.scenario import Scenario, Shape, load
@@ -203,9 +203,8 @@ def _hidden_way(rod: Rod, opening: _Opening, random: np.random.Generator) -> Gri
         yaw, share = random.uniform(-0.6, 0.6), random.uniform(0.75, 0.93)
         chord = share * length * np.array([[np.cos(yaw), np.sin(yaw), 0.0]])
         low = np.array([-0.15, y - 0.05, 0.25])
-        return motion.placed(
-            random.uniform(low, low + np.array([0.3, 0.1, 0.2]))[None], chord, level
-        )
+        middle = random.uniform(low, low + np.array([0.3, 0.1, 0.2]))
+        return motion.placed(Chords(middle[None], chord), level)
 
     # The left grip follows the right one: it stays before the wall until the rope has passed.
     taut = TAUT_SHARE * length
@@ -217,7 +216,7 @@ def _hidden_way(rod: Rod, opening: _Opening, random: np.random.Generator) -> Gri
         chords = taut * poses.normalized(chords)
     middles = opening.middle - (fractions - 0.5)[:, None] * chords
     middles[:, 2] += sag.below(chords, fractions)
-    passing = motion.placed(middles, chords, level[np.zeros(len(fractions), dtype=int)])
+    passing = motion.placed(Chords(middles, chords), level[np.zeros(len(fractions), dtype=int)])
     waypoints = Grips.joined(across(-0.35), passing, across(0.35))
     parts = []
     for k in range(len(waypoints) - 1):

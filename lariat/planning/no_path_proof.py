@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float64
 
 from lariat.geometry.obstacles import scene_distance
 from lariat.planning.problem import Problem
+from lariat.scenario import SIDES
 
 MAX_DISTANCES = 2_000_000
 """Largest number of distances of cells from obstacles; a coarser grid proves less."""
@@ -21,8 +22,6 @@ MAX_CELLS = 800_000
 """Largest number of cells."""
 SPACING_SHARE = 0.7
 """Spacing at which a wall shows, relative to the ball's radius and half the wall's width [-]."""
-SIDES = ("left", "right")
-"""Names of the ends."""
 
 
 def proof_of_no_path(problem: Problem) -> str:
@@ -75,21 +74,7 @@ def _connected(
     count = 0
     while count != (count := int(reached.sum())):
         for axis in range(3):
-            for flip in (False, True):
-                reached = _along(free, reached, axis, flip)
+            there, open_there = (np.moveaxis(cells, axis, 0) for cells in (reached, free))
+            there[1:] |= there[:-1] & open_there[1:]
+            there[:-1] |= there[1:] & open_there[:-1]
     return reached
-
-
-def _along(
-    free: Bool[np.ndarray, "x y z"], reached: Bool[np.ndarray, "x y z"], axis: int, flip: bool
-) -> Bool[np.ndarray, "x y z"]:
-    """Reached cells, continued along an axis up to the next cell that is not free."""
-    if flip:
-        free, reached = np.flip(free, axis), np.flip(reached, axis)
-    shape = [1, 1, 1]
-    shape[axis] = -1
-    index = np.arange(1, free.shape[axis] + 1, dtype=np.int32).reshape(shape)
-    blocked_at = np.maximum.accumulate(np.where(free, 0, index), axis=axis)
-    reached_at = np.maximum.accumulate(np.where(reached, index, 0), axis=axis)
-    continued = free & (reached_at > blocked_at)
-    return np.flip(continued, axis) if flip else continued

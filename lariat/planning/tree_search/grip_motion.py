@@ -17,6 +17,22 @@ from lariat.geometry.grips import Grips
 
 
 @dataclass(frozen=True)
+class Chords:
+    """Lines between both grips, without the orientations of the grips."""
+
+    middles: Float64[np.ndarray, "*b 3"]
+    """Middles of the grips, without effect where one is fixed [m]."""
+    chords: Float64[np.ndarray, "*b 3"]
+    """Vectors from the left to the right grip [m]."""
+
+    def __len__(self) -> int:
+        return len(self.middles)
+
+    def __getitem__(self, index: object) -> Chords:
+        return Chords(self.middles[index], self.chords[index])
+
+
+@dataclass(frozen=True)
 class GripMotion:
     """Motions and their lengths, for a rope and the freedom of its ends."""
 
@@ -72,19 +88,13 @@ class GripMotion:
         turned = poses.multiply(steps, np.broadcast_to(a.orientations[:, None], steps.shape))
         return Grips(positions.reshape(-1, 2, 3), turned.reshape(-1, 2, 4))
 
-    def placed(
-        self,
-        base: Float64[np.ndarray, "k 3"],
-        chord: Float64[np.ndarray, "k 3"],
-        like: Grips,
-    ) -> Grips:
-        """Return grips at places, which rotate with the line between them as far as they can.
+    def placed(self, lines: Chords, like: Grips) -> Grips:
+        """Return grips at k places, which rotate with the line between them as far as they can.
 
         Args:
-            base: Middles of the grips, without effect where one is fixed [m].
-            chord: Vectors from the left to the right grip [m].
             like: Grips that hold the rope as wanted, relative to the line between them.
         """
+        base, chord = lines.middles, lines.chords
         here, line = self._parts(like.positions)
         if not self.moves[:, :3].all():
             base = here

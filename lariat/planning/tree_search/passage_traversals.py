@@ -7,14 +7,13 @@ the rope gets to its mouth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import scene_distance
 from lariat.planning.problem import Problem
+from lariat.planning.tree_search.grip_motion import Chords
 from lariat.planning.tree_search.passages import Passages
 from lariat.planning.tree_search.sag import SagTable
 
@@ -33,27 +32,16 @@ DEPTH_PROBES = 31
 """Number of places at which the room is compared on the way to a mouth."""
 
 
-@dataclass(frozen=True)
-class Threads:
-    """Motions through passages, all in the same number of steps."""
-
-    middles: Float64[np.ndarray, "p m 3"]
-    """Middles of the grips, from the mouth at the start's side to the one at the goal's [m]."""
-    chords: Float64[np.ndarray, "p m 3"]
-    """Vectors from the left to the right grip [m]."""
-
-    def __len__(self) -> int:
-        return len(self.middles)
-
-
 def find_threads(
     problem: Problem,
     passages: Passages,
     sag: SagTable,
     margin: float,
     step: float,
-) -> Threads:
-    """Return two threads for each passage: either grip leads.
+) -> Chords:
+    """Return two threads for each passage, p of m places: either grip leads.
+
+    They go from the mouth at the start's side to the one at the goal's.
 
     Args:
         margin: Distance that the rope's centreline keeps from obstacles [m].
@@ -62,7 +50,7 @@ def find_threads(
     # A path that was not followed is replaced by one of another kind: the gateway may have refused
     # a rope that is taut round the edges of its passage.
     if not len(passages) or not problem.moves[:, :3].all() or problem.spare_clearance > 0.0:
-        return Threads(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)))
+        return Chords(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)))
     onward = problem.goal.nodes.mean(axis=0) - problem.state.positions.mean(axis=0)
     back = passages.directions @ onward < 0.0
     ways = np.where(back[:, None], -passages.directions, passages.directions)
@@ -90,7 +78,7 @@ def find_threads(
         chords.append(chord.reshape(-1, count, 3))
     # Both threads of a passage follow each other.
     order = np.argsort(np.tile(np.arange(len(passages)), 2), kind="stable")
-    return Threads(np.concatenate(middles)[order], np.concatenate(chords)[order])
+    return Chords(np.concatenate(middles), np.concatenate(chords))[order]
 
 
 def _depth(

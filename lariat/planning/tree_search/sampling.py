@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Bool
 
 from lariat.geometry import poses
 from lariat.geometry.grips import Grips
 from lariat.geometry.obstacles import scene_distance
 from lariat.planning.problem import Problem
-from lariat.planning.tree_search.grip_motion import GripMotion
+from lariat.planning.tree_search.grip_motion import Chords, GripMotion
 from lariat.planning.tree_search.passage_traversals import find_threads
 from lariat.planning.tree_search.passages import find_passages
 from lariat.planning.tree_search.sag import SagTable
@@ -34,18 +32,6 @@ TILT_SIGMA = 0.5
 """Standard deviation of such a tilt about each axis [rad]."""
 MARGIN_AROUND = 0.15
 """Distance around start, goal and obstacles in which samples lie [m]."""
-
-
-@dataclass(frozen=True)
-class Samples:
-    """Places of the grips, without their orientations."""
-
-    middles: Float64[np.ndarray, "k 3"]
-    """Middles of the grips [m]."""
-    chords: Float64[np.ndarray, "k 3"]
-    """Vectors from the left to the right grip [m]."""
-    passing: Bool[np.ndarray, "k"]
-    """Whether a sample lies in a narrow passage."""
 
 
 class GripSampler:
@@ -87,8 +73,8 @@ class GripSampler:
         self.threads = find_threads(problem, self._passages, sag, margin, step)
         """Motions lengthwise through the narrow passages of the scene."""
 
-    def sample(self, count: int) -> Samples:
-        """Return random places of the grips."""
+    def sample(self, count: int) -> tuple[Chords, Bool[np.ndarray, "k"]]:
+        """Return random places of the grips, and which of them lie in narrow passages."""
         random = self._random
         middles = random.uniform(self._low, self._high, (count, 3))
         directions = poses.normalized(random.normal(size=(count, 3)) * np.array([1.0, 1.0, 0.6]))
@@ -107,18 +93,19 @@ class GripSampler:
         # The rope, not the line between its grips, passes through the middle of the passage.
         sags = self._sag.below(chords[passing], 0.5 - offset[:, 0])
         middles[passing] = places + sags[:, None] * np.array([0.0, 0.0, 1.0])
-        return Samples(middles, chords, passing)
+        return Chords(middles, chords), passing
 
-    def grips(self, samples: Samples, like: Grips) -> Grips:
+    def grips(self, samples: Chords, passing: Bool[np.ndarray, "k"], like: Grips) -> Grips:
         """Return the grips of samples, which hold the rope like given ones.
 
         Some of them are tilted; in a narrow passage they point along the rope.
 
         Args:
+            passing: Whether each sample lies in a narrow passage.
             like: Grips from which a tree grows towards each sample.
         """
-        random, count = self._random, len(samples.middles)
-        placed = self._motion.placed(samples.middles, samples.chords, like)
+        random, count = self._random, len(samples)
+        placed = self._motion.placed(samples, like)
         rotates = self._motion.moves[:, 3:].any(axis=1)[None, :, None]
         tilts = random.normal(scale=TILT_SIGMA, size=(count, 2, 3))
         tilts *= (random.random((count, 1, 1)) < TILT_SHARE) & rotates
@@ -127,4 +114,4 @@ class GripSampler:
         along = np.broadcast_to(poses.normalized(samples.chords)[:, None], axes.shape)
         aligned = poses.multiply(poses.rotation_between(axes, along), placed.orientations)
         aligned = np.where(rotates, aligned, placed.orientations)
-        return Grips(placed.positions, np.where(samples.passing[:, None, None], aligned, turned))
+        return Grips(placed.positions, np.where(passing[:, None, None], aligned, turned))

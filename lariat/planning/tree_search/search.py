@@ -12,15 +12,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64, Int64
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.grips import Grips
 from lariat.geometry.poses import Pose
 from lariat.planning.problem import Problem
-from lariat.planning.tree_search.grip_motion import GripMotion
+from lariat.planning.tree_search.grip_motion import Chords, GripMotion
 from lariat.planning.tree_search.sag import SagTable
-from lariat.planning.tree_search.sampling import GripSampler, Samples
+from lariat.planning.tree_search.sampling import GripSampler
 from lariat.planning.tree_search.shape_check import ShapeCheck
 from lariat.planning.tree_search.tree import ShapeTree
 from lariat.rod import (
@@ -164,32 +164,30 @@ class TreeSearch:
             guess = add_turns(guess, turns)
         return self._rod.rest(*grips, guess=guess, obstacles=self._supports).state
 
+    def _aimed(
+        self, side: int, lines: Chords, passing: Bool[np.ndarray, "k"]
+    ) -> tuple[np.ndarray, Grips]:
+        """Node of a tree nearest to each line between the grips, and the grips that it aims at."""
+        tree = self._trees[side]
+        rough = self._motion.placed(lines, tree.grips[np.zeros(len(lines), dtype=int)])
+        nearest = tree.nearest(rough, turning=False)
+        return nearest, self._sampler.grips(lines, passing, tree.grips[nearest])
+
     def _grow(self, side: int) -> np.ndarray:
         """Grow a tree towards samples; return the last new nodes of its branches."""
-        tree = self._trees[side]
-        samples = self._sampler.sample(BATCH_SIZE)
-        root = tree.grips[np.zeros(BATCH_SIZE, dtype=int)]
-        rough = self._motion.placed(samples.middles, samples.chords, root)
-        nearest = tree.nearest(rough, turning=False)
-        targets = self._sampler.grips(samples, tree.grips[nearest])
+        nearest, targets = self._aimed(side, *self._sampler.sample(BATCH_SIZE))
         last, _ = self._extend(side, nearest, targets)
         return np.unique(last[last != nearest])
 
     def _thread(self, side: int) -> np.ndarray:
         """Grow a tree to the mouths of narrow passages, and lengthwise through them."""
-        tree, waiting = self._trees[side], self._open_threads[side]
-        first = len(tree) == 1
+        waiting = self._open_threads[side]
+        first = len(self._trees[side]) == 1
         some = waiting if first else waiting[:THREADS_PER_ITERATION]
         if not some:
             return np.zeros(0, dtype=int)
-        threads, travel = self._sampler.threads, slice(None, None, 1 if side == 0 else -1)
-        middles, chords = threads.middles[some, travel], threads.chords[some, travel]
-        mouths = Samples(middles[:, 0], chords[:, 0], np.ones(len(some), dtype=bool))
-        nearest = tree.nearest(
-            self._motion.placed(mouths.middles, mouths.chords, tree.grips[np.zeros_like(some)]),
-            turning=False,
-        )
-        targets = self._sampler.grips(mouths, tree.grips[nearest])
+        threads = self._sampler.threads[some, slice(None, None, 1 if side == 0 else -1)]
+        nearest, targets = self._aimed(side, threads[:, 0], np.ones(len(some), dtype=bool))
         last, arrived = nearest.copy(), np.zeros(len(some), dtype=bool)
         going = ~arrived
         for _ in range(MAX_CONNECTION_EXTENSIONS if first else 1):
@@ -199,28 +197,15 @@ class TreeSearch:
             if not going.any():
                 break
         if arrived.any():
-            last[arrived] = self._led_through(
-                side, last[arrived], targets[arrived], middles[arrived], chords[arrived]
-            )
+            onward, mouths = threads[arrived, 1:], targets[arrived]
+            like = mouths[np.repeat(np.arange(len(mouths)), onward.middles.shape[1])]
+            lines = Chords(onward.middles.reshape(-1, 3), onward.chords.reshape(-1, 3))
+            grips = self._motion.placed(lines, like)
+            last[arrived], _ = self._grown(side, last[arrived], mouths, grips)
         done = {k for k, there in zip(some, arrived, strict=True) if there}
         # The others wait for a larger tree, each for its turn.
         self._open_threads[side] = [k for k in (*waiting[len(some) :], *some) if k not in done]
         return np.unique(last[last != nearest])
-
-    def _led_through(
-        self,
-        side: int,
-        nodes: np.ndarray,
-        mouths: Grips,
-        middles: Float64[np.ndarray, "k m 3"],
-        chords: Float64[np.ndarray, "k m 3"],
-    ) -> np.ndarray:
-        """Grow branches from mouths along threads, as far as all shapes are clear."""
-        like = mouths[np.repeat(np.arange(len(nodes)), middles.shape[1] - 1)]
-        grips = self._motion.placed(
-            middles[:, 1:].reshape(-1, 3), chords[:, 1:].reshape(-1, 3), like
-        )
-        return self._grown(side, nodes, mouths, grips)[0]
 
     def _connect(self, side: int, new: np.ndarray) -> Grips | None:
         """Grow the other tree towards new nodes; return the path if they meet."""
@@ -254,21 +239,22 @@ class TreeSearch:
             self._trees[0].grips[self._trees[0].branch(at_start)],
             self._trees[1].grips[self._trees[1].branch(at_goal)[:-1][::-1]],
         )
-        states, clear = self._followed(self._trees[0].states[0], grips)
-        end = polylines.mean_node_distance(states[-1].positions, self._goal.positions)
-        return grips if clear and end < SAME_SHAPE_DISTANCE else None
+        return grips if self._followed(grips)[1] else None
 
     def _extend(
         self, side: int, nodes: np.ndarray, targets: Grips
     ) -> tuple[np.ndarray, np.ndarray]:
         """Grow branches from nodes towards targets, as far as all shapes are clear."""
-        tree = self._trees[side]
-        start = tree.grips[nodes]
-        counts = np.maximum(np.ceil(self._motion.length(start, targets) / STEP), 1.0)
+        start = self._trees[side].grips[nodes]
+        counts = self._step_counts(start, targets)
         shares = np.minimum(np.arange(1, STEPS_PER_EXTENSION + 1) / counts[:, None], 1.0)
         grips = self._motion.between(start, targets, shares)
         last, grown = self._grown(side, nodes, start, grips, counts)
         return last, grown == counts
+
+    def _step_counts(self, start: Grips, targets: Grips) -> Int64[np.ndarray, "k"]:
+        """Numbers of steps of motions."""
+        return np.maximum(np.ceil(self._motion.length(start, targets) / STEP), 1.0).astype(int)
 
     def _grown(
         self,
@@ -276,7 +262,7 @@ class TreeSearch:
         nodes: np.ndarray,
         start: Grips,
         grips: Grips,
-        most: float | Float64[np.ndarray, "k"] = np.inf,
+        most: float | Int64[np.ndarray, "k"] = np.inf,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Grow branches along motions, as far as all shapes are clear, by some steps at most.
 
@@ -322,52 +308,45 @@ class TreeSearch:
 
         return lambda b, h: _at_rest(rollouts[b], h), clear
 
-    def _followed(self, begin: RodState, grips: Grips) -> tuple[list[RodState], bool]:
-        """Rod along a path from its first place, and whether all shapes are clear."""
-        actions = grips.steps() / STEP_TIME
+    def _followed(self, grips: Grips) -> tuple[list[RodState], bool]:
+        """Rod along a path from the start, and whether it leads to the goal with clear shapes."""
+        begin = self._trees[0].states[0]
         rollout = self._rod.rollout(
-            RolloutSpec(begin, actions, STEP_TIME, obstacles=self._supports)
+            RolloutSpec(begin, grips.steps() / STEP_TIME, STEP_TIME, obstacles=self._supports)
         )
         states = [begin, *(_at_rest(rollout, k) for k in range(len(grips) - 1))]
-        clear = self._check.clear(rollout.positions, grips[1:])
-        return states, bool(clear.all() and rollout.converged.all())
+        clear = self._check.clear(rollout.positions, grips[1:]) & rollout.converged
+        miss = polylines.mean_node_distance(states[-1].positions, self._goal.positions)
+        return states, bool(clear.all() and miss < SAME_SHAPE_DISTANCE)
 
     def _shortened(self, grips: Grips) -> Grips:
         """Path with random shortcuts wherever the rope can take them."""
         for _ in range(SHORTCUT_ROUNDS):
-            states, _ = self._followed(self._trees[0].states[0], grips)
-            count = len(grips)
-            if count < 4:
+            states, _ = self._followed(grips)
+            if len(grips) < 4:
                 break
-            pairs = np.sort(self._random.integers(0, count, (SHORTCUT_BATCH, 2)), axis=1)
-            pairs = pairs[pairs[:, 1] - pairs[:, 0] > 1]
-            if not len(pairs):
+            pairs = self._random.integers(0, len(grips), (SHORTCUT_BATCH, 2))
+            first, last = np.sort(pairs, axis=1).T
+            counts = self._step_counts(grips[first], grips[last])
+            shorter = (last - first > 1) & (counts < last - first)
+            if not shorter.any():
                 continue
-            start, target = grips[pairs[:, 0]], grips[pairs[:, 1]]
-            counts = np.maximum(np.ceil(self._motion.length(start, target) / STEP), 1).astype(int)
-            shorter = counts < pairs[:, 1] - pairs[:, 0]
-            pairs, counts = pairs[shorter], counts[shorter]
-            if not len(pairs):
-                continue
-            start, target = grips[pairs[:, 0]], grips[pairs[:, 1]]
-            shares = np.minimum(np.arange(1, counts.max() + 1) / counts[:, None], 1.0)
-            steps = self._motion.between(start, target, shares)
-            state, clear = self._rolled([states[k] for k in pairs[:, 0]], start, steps)
-            gains = pairs[:, 1] - pairs[:, 0] - counts
-            for b in np.argsort(-gains, kind="stable"):
-                end = state(b, counts.max() - 1)
-                same = polylines.mean_node_distance(end.positions, states[pairs[b, 1]].positions)
+            first, last, counts = first[shorter], last[shorter], counts[shorter]
+            most = counts.max()
+            shares = np.minimum(np.arange(1, most + 1) / counts[:, None], 1.0)
+            steps = self._motion.between(grips[first], grips[last], shares)
+            state, clear = self._rolled([states[k] for k in first], grips[first], steps)
+            for b in np.argsort(counts - (last - first), kind="stable"):
+                end = state(b, most - 1).positions
+                same = polylines.mean_node_distance(end, states[last[b]].positions)
                 if not clear[b].all() or same > SAME_SHAPE_DISTANCE:
                     continue
-                first = b * counts.max()
                 cut = Grips.joined(
-                    grips[: pairs[b, 0] + 1],
-                    steps[first : first + counts[b]],
-                    grips[pairs[b, 1] + 1 :],
+                    grips[: first[b] + 1],
+                    steps[b * most : b * most + counts[b]],
+                    grips[last[b] + 1 :],
                 )
-                after, whole = self._followed(self._trees[0].states[0], cut)
-                miss = polylines.mean_node_distance(after[-1].positions, self._goal.positions)
-                if whole and miss < SAME_SHAPE_DISTANCE:
+                if self._followed(cut)[1]:
                     grips = cut
                     break
         return grips

@@ -10,7 +10,8 @@ from lariat.geometry.obstacles import Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
 from lariat.planning.problem import Problem
 from lariat.planning.tree_search import passage_traversals
-from lariat.planning.tree_search.passage_traversals import Threads, find_threads
+from lariat.planning.tree_search.grip_motion import Chords
+from lariat.planning.tree_search.passage_traversals import find_threads
 from lariat.planning.tree_search.passages import Passages, find_passages
 from lariat.planning.tree_search.sag import SagTable
 from lariat.planning.whole_path import plan
@@ -38,7 +39,7 @@ def narrow(behind_the_wall: Problem) -> Problem:
 
 
 @pytest.fixture(scope="module")
-def threads(narrow: Problem) -> Threads:
+def threads(narrow: Problem) -> Chords:
     passage = Passages(CENTRE[None], np.array([[0.0, -1.0, 0.0]]))
     sag = SagTable(narrow.rod)
     with pytest.MonkeyPatch.context() as patch:
@@ -56,7 +57,7 @@ def test_the_middle_of_a_narrow_window_is_found(narrow: Problem) -> None:
 
 
 def test_on_a_thread_the_rope_lies_in_the_middle_of_its_passage(
-    narrow: Problem, threads: Threads
+    narrow: Problem, threads: Chords
 ) -> None:
     for middles, chords in zip(threads.middles, threads.chords, strict=True):
         for middle, chord in zip(middles, chords, strict=True):
@@ -66,7 +67,7 @@ def test_on_a_thread_the_rope_lies_in_the_middle_of_its_passage(
             assert chain_clearance(rope, narrow.radius, narrow.obstacles) > 0.0015
 
 
-def test_threads_lead_from_the_start_to_the_goal_with_either_grip_ahead(threads: Threads) -> None:
+def test_threads_lead_from_the_start_to_the_goal_with_either_grip_ahead(threads: Chords) -> None:
     reach = 0.5 * np.linalg.norm(threads.chords[0, 0])
     assert (threads.middles[:, 0, 1] < -reach).all()
     assert (threads.middles[:, -1, 1] > reach).all()

@@ -33,7 +33,7 @@ def alternative_paths(problem: Problem, most: int) -> list[WholePath]:
     optimizer = PathOptimizer(problem)
     guesses = [optimizer.translated(seed) for seed in seed_paths(problem)]
     guesses = distinct(sorted(guesses, key=lambda guess: guess.cost))[:MAX_GUESSES]
-    others = [refined_path(problem, optimizer, guess) for guess in guesses]
+    others = [refined_path(optimizer, guess) for guess in guesses]
     paths = [first, *(path for path in others if path.reached and is_clear(path, optimizer))]
     shortest = min(path.duration for path in paths)
     ranked: list[WholePath] = []

@@ -98,7 +98,7 @@ def landed(problem: Problem, landing: Landing, approach: WholePath) -> WholePath
     share = np.linspace(1.0, 0.0, len(waypoints))[:, None, None]
     waypoints = waypoints + share * (approach.positions[-1] - waypoints[0])
     candidate = optimizer.translated(np.diff(waypoints, axis=0))
-    return retime(descent, optimizer, candidate, paces=DESCENT_PACES).after(approach)
+    return retime(optimizer, candidate, paces=DESCENT_PACES).after(approach)
 
 
 def _lying(problem: Problem) -> tuple[RodState, tuple[Pose, Pose]] | None:

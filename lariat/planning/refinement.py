@@ -10,8 +10,8 @@ from lariat.planning.path_check import CLEARANCE_TOLERANCE
 from lariat.planning.path_optimization.block_path import blocks_of
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.retiming import required_clearance, retime
-from lariat.planning.tree_search.search import TreePath, pose_displacements
+from lariat.planning.retiming import retime
+from lariat.planning.tree_search.search import TreePath
 
 ITERATIONS = 12
 """Largest number of Gauss-Newton iterations of a candidate."""
@@ -25,49 +25,41 @@ MIN_DIFFERENCE = 0.04
 
 def followed(problem: Problem, tree_path: TreePath) -> tuple[PathOptimizer, PathCandidate]:
     """Return an optimiser for a path of the trees, and its candidate with the whole rod."""
-    lengths = tree_path.step_lengths
-    optimizer = PathOptimizer(problem, blocks=blocks_of(float(np.sum(lengths))))
-    displacements = pose_displacements(tree_path.grips, lengths, optimizer.blocks)
-    return optimizer, optimizer.follow(displacements)
+    blocks = blocks_of(float(np.sum(tree_path.step_lengths)))
+    optimizer = PathOptimizer(problem, blocks=blocks)
+    return optimizer, optimizer.follow(tree_path.displacements(blocks))
 
 
 def refined_path(
-    problem: Problem,
-    optimizer: PathOptimizer,
-    start: PathCandidate,
-    iterations: int = ITERATIONS,
+    optimizer: PathOptimizer, start: PathCandidate, iterations: int = ITERATIONS
 ) -> WholePath:
     """Return the timed path of a candidate after its refinement."""
+    problem = optimizer.problem
     candidate = optimizer.refine(start, iterations)
     if problem.variants:
         unsure = optimizer.allow_for_uncertainty(candidate)
         candidate = optimizer.refine(unsure, WIDER_ITERATIONS)
-    path = retime(problem, optimizer, candidate)
+    path = retime(optimizer, candidate)
     least = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
     if path.clearance < least - CLEARANCE_TOLERANCE:
         # Smoothing and swing reduce the clearance: refine with a larger reserve.
         lack = RESERVE_PER_SHORTFALL * (least - path.clearance)
         wider = PathOptimizer(problem, optimizer.reserve + lack, optimizer.blocks)
         again = wider.refine(wider.allow_for_uncertainty(candidate), WIDER_ITERATIONS)
-        retimed = retime(problem, wider, again)
-        path = max(path, retimed, key=lambda p: rank(p, optimizer))
+        path = max(path, retime(wider, again), key=lambda p: rank(p, optimizer))
     if path.arm_fault:
-        around = avoiding_with_arms(problem, optimizer)
+        # Keep the constraints of the arms, too.
+        around = PathOptimizer(problem, optimizer.reserve, optimizer.blocks, avoid_with_arms=True)
         again = around.refine(around.reevaluate(candidate), iterations)
-        retimed = retime(problem, around, again, link_margin=LEAST_LINK_MARGIN)
+        retimed = retime(around, again, link_margin=LEAST_LINK_MARGIN)
         path = max(path, retimed, key=lambda p: rank(p, optimizer))
     return path
 
 
 def is_clear(path: WholePath, optimizer: PathOptimizer) -> bool:
     """Return whether a path is clear of obstacles, and the arms can go it."""
-    least = required_clearance(optimizer) - CLEARANCE_TOLERANCE
+    least = optimizer.required_clearance - CLEARANCE_TOLERANCE
     return path.clearance >= least and not path.arm_fault
-
-
-def avoiding_with_arms(problem: Problem, optimizer: PathOptimizer) -> PathOptimizer:
-    """Return an optimiser that keeps the constraints of the arms, too."""
-    return PathOptimizer(problem, optimizer.reserve, optimizer.blocks, avoid_with_arms=True)
 
 
 def rank(path: WholePath, optimizer: PathOptimizer) -> tuple[bool, bool, float]:

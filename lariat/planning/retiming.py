@@ -56,13 +56,7 @@ MAX_SLOWER = 3
 """Largest number of times that such a path is slowed."""
 
 
-def required_clearance(optimizer: PathOptimizer) -> float:
-    """Return the clearance below which a path is blocked [m]."""
-    return min(MIN_CLEARANCE, optimizer.necessary_clearance)
-
-
 def retime(
-    problem: Problem,
     optimizer: PathOptimizer,
     candidate: PathCandidate,
     link_margin: float = LINK_MARGIN,
@@ -73,14 +67,15 @@ def retime(
     Args:
         link_margin: Distance that links of the arms keep beyond their limit [m].
     """
-    path = _at_best_pace(problem, optimizer, candidate, paces)
-    fault = arm_fault(problem, path, link_margin)
+    share = optimizer.problem.pace
+    path = _at_best_pace(optimizer, candidate, paces, share)
+    fault = arm_fault(optimizer.problem, path, link_margin)
     for _ in range(MAX_SLOWER):
         if fault is None or fault.rule not in ("joint_speed", "joint_acceleration"):
             break
-        problem = replace(problem, pace=SLOWER * problem.pace)
-        path = _at_best_pace(problem, optimizer, candidate, paces)
-        fault = arm_fault(problem, path, link_margin)
+        share *= SLOWER
+        path = _at_best_pace(optimizer, candidate, paces, share)
+        fault = arm_fault(optimizer.problem, path, link_margin)
     if fault is None:
         return path
     reason = path.reason or f"blocked: on every path found {fault}"
@@ -119,20 +114,18 @@ def _path(
 
 
 def _at_best_pace(
-    problem: Problem,
-    optimizer: PathOptimizer,
-    candidate: PathCandidate,
-    paces: Sequence[Pace],
+    optimizer: PathOptimizer, candidate: PathCandidate, paces: Sequence[Pace], share: float
 ) -> WholePath:
-    """Path of a candidate at the best of all paces, whatever the arms can do."""
-    waypoints, limits = optimizer.grips(candidate), problem.limits.scaled(problem.pace)
+    """Path of a candidate with a share of the usual limits, at the best of all paces."""
+    problem = optimizer.problem
+    waypoints, limits = optimizer.grips(candidate), problem.limits.scaled(share)
     target = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
     best, least, room = None, (True, np.inf), None
     for k, pace in enumerate((*paces, *CLOSE_PACES)):
         if k >= len(paces) and not least[0]:
             break
         if k >= len(paces) and room is None:
-            room = _room(problem, optimizer, candidate)
+            room = _room(optimizer, candidate)
         grips = time_parameterize(waypoints, limits, PATH_PERIOD, pace, room)
         cost = len(grips) * PATH_PERIOD
         if (False, cost) >= least:
@@ -146,19 +139,18 @@ def _at_best_pace(
         if best is None or (close, cost) < least:
             best, least = path, (close, cost)
     assert best is not None
-    fault = fault_on_the_way(problem, best, required_clearance(optimizer))
+    fault = fault_on_the_way(problem, best, optimizer.required_clearance)
     reason = f"blocked: on every path found {fault}" if fault else _miss(problem, candidate.error)
     return replace(best, reached=not reason, reason=reason)
 
 
-def _room(
-    problem: Problem, optimizer: PathOptimizer, candidate: PathCandidate
-) -> Float64[np.ndarray, "w"]:
+def _room(optimizer: PathOptimizer, candidate: PathCandidate) -> Float64[np.ndarray, "w"]:
     """Clearance of the rope at each waypoint, beyond what it needs [m]."""
+    problem = optimizer.problem
     start = problem.state.positions[None]
     nodes = np.concatenate([start, candidate.nodes[: len(optimizer.grips(candidate)) - 1]])
     clearance = scene_distance(with_midpoints(nodes), problem.obstacles).min(axis=1)
-    return np.maximum(clearance - problem.radius - required_clearance(optimizer), 0.0)
+    return np.maximum(clearance - problem.radius - optimizer.required_clearance, 0.0)
 
 
 def _miss(problem: Problem, error: float) -> str:

@@ -13,7 +13,7 @@ from lariat.planning.path_optimization.block_path import BLOCKS, STEPS_PER_BLOCK
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.refinement import ITERATIONS, followed, is_clear, refined_path
-from lariat.planning.retiming import required_clearance, retime
+from lariat.planning.retiming import retime
 from lariat.planning.tree_search.search import TreePath
 
 MAX_PARTS = 8
@@ -47,7 +47,7 @@ def _nearest_reachable(
         right_oriented=False,
     )
     optimizer, start = followed(near, tree_path)
-    path = refined_path(near, optimizer, start)
+    path = refined_path(optimizer, start)
     if not is_clear(path, optimizer) or path.clearance < 0.0:
         return None
     return _ending_short(
@@ -61,7 +61,7 @@ def _nearest_reachable(
 def _clear_part(problem: Problem, candidates: Sequence[PathCandidate], reason: str) -> WholePath:
     """Clear part of a path that ends nearest to the goal; what is seen there may help."""
     optimizer = PathOptimizer(problem)
-    least = required_clearance(optimizer)
+    least = optimizer.required_clearance
     here = problem.goal_error(problem.state.positions)
     parts = []
     for start in candidates:
@@ -78,7 +78,7 @@ def _clear_part(problem: Problem, candidates: Sequence[PathCandidate], reason: s
         displacements[count:] = 0.0
         near = problem.with_goal(nodes=nodes, left_oriented=False, right_oriented=False)
         shorter = PathOptimizer(near)
-        path = retime(near, shorter, shorter.follow(displacements))
+        path = retime(shorter, shorter.follow(displacements))
         if path.clearance >= least and not path.arm_fault:
             return _ending_short(
                 problem, path, f"{reason}; a part of it ends {{left_mm:.0f}} mm from the goal"

@@ -19,6 +19,7 @@ from lariat.geometry.near_pairs import NearPairs, near_pairs
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.polylines import with_midpoints
 from lariat.planning.arms.arm_residuals import ArmResiduals
+from lariat.planning.path_check import MIN_CLEARANCE
 from lariat.planning.path_optimization.block_path import (
     BLOCK_TIME,
     BLOCKS,
@@ -110,7 +111,7 @@ class PathOptimizer:
                 several times as long.
         """
         self._arms = ArmResiduals(problem) if avoid_with_arms else None
-        self._problem = problem
+        self.problem = problem
         self.reserve, self.blocks = reserve, blocks
         self._path = BlockPath(problem, blocks)
         self._uncertainty = np.zeros((blocks * STEPS_PER_BLOCK, 2 * problem.rod.node_count - 1))
@@ -128,17 +129,22 @@ class PathOptimizer:
     @property
     def wanted_clearance(self) -> float:
         """Clearance to keep along the path: the problem's, or that of start or goal if less [m]."""
-        return min(self._problem.clearance, float(np.min(self._margins)))
+        return min(self.problem.clearance, float(np.min(self._margins)))
 
     @property
     def necessary_clearance(self) -> float:
         """Wanted clearance without what the problem can spare [m]."""
-        return min(self.wanted_clearance, self._problem.clearance - self._problem.spare_clearance)
+        return min(self.wanted_clearance, self.problem.clearance - self.problem.spare_clearance)
+
+    @property
+    def required_clearance(self) -> float:
+        """Clearance below which a path is blocked [m]."""
+        return min(MIN_CLEARANCE, self.necessary_clearance)
 
     @property
     def goal_clearance(self) -> float:
         """Clearance of the goal itself [m]."""
-        problem = self._problem
+        problem = self.problem
         return geometry.chain_clearance(problem.goal.nodes, problem.radius, problem.obstacles)
 
     def allow_for_uncertainty(self, candidate: PathCandidate) -> PathCandidate:
@@ -147,7 +153,7 @@ class PathOptimizer:
         The problem's variants are rolled out along the path: their distances from the rope give the
         standard deviation of each node.
         """
-        problem = self._problem
+        problem = self.problem
         variance = np.zeros(candidate.nodes.shape[:2])
         for rod in problem.variants:
             start = rod.rest(*problem.grips, guess=problem.state, obstacles=self._supports).state
@@ -164,8 +170,8 @@ class PathOptimizer:
 
     def follow(self, displacements: BlockDisplacements) -> PathCandidate:
         """Return the candidate of given displacements."""
-        spec = self._rollout_spec(displacements, self._problem.state)
-        rollout = self._problem.rod.rollout(spec)
+        spec = self._rollout_spec(displacements, self.problem.state)
+        rollout = self.problem.rod.rollout(spec)
         return self._candidate(displacements, rollout.positions, rollout.final)
 
     def translated(self, translations: Float64[np.ndarray, "k 2 3"]) -> PathCandidate:
@@ -186,7 +192,7 @@ class PathOptimizer:
             for _ in range(MAX_DAMPING_INCREASES):
                 step = -np.linalg.solve(hessian + damping * scale, gradient)
                 change = np.zeros_like(candidate.displacements)
-                change[:, self._problem.moves] = step.reshape(self.blocks, -1)
+                change[:, self.problem.moves] = step.reshape(self.blocks, -1)
                 better = self.follow(candidate.displacements + change)
                 if better.cost < candidate.cost:
                     break
@@ -221,7 +227,7 @@ class PathOptimizer:
         nodes: Float64[np.ndarray, "h n 3"],
         final: RodState,
     ) -> PathCandidate:
-        problem = self._problem
+        problem = self.problem
         miss = (nodes[-1] - problem.goal.nodes)[problem.goal.counted]
         start = problem.state.positions[None]
         points = with_midpoints(np.concatenate([start, nodes[: len(self._margins)]]))
@@ -259,7 +265,7 @@ class PathOptimizer:
     def _grip_residuals(
         self, displacements: BlockDisplacements
     ) -> list[tuple[np.ndarray, np.ndarray]]:
-        residuals = grip_residuals(self._problem, self._path, displacements, self.reserve)
+        residuals = grip_residuals(self.problem, self._path, displacements, self.reserve)
         arms = [] if self._arms is None else self._arms.of_path(self._path, displacements)
         return residuals + arms
 
@@ -267,7 +273,7 @@ class PathOptimizer:
         self, candidate: PathCandidate
     ) -> tuple[Float64[np.ndarray, "v v"], Float64[np.ndarray, "v"]]:
         """Gauss-Newton Hessian and gradient of half the cost."""
-        problem, path = self._problem, self._path
+        problem, path = self.problem, self._path
         moves = problem.moves
         linear = problem.rod.linearize(self._rollout_spec(candidate.displacements, problem.state))
         # Derivatives of all nodes after each step by the displacements.
@@ -308,12 +314,12 @@ class PathOptimizer:
 
     def _set_margins(self) -> None:
         """Compute the clearances to keep from obstacles and supports."""
-        self._margins = self._clearance_margins(self._problem.obstacles)
-        self._support_margins = self._clearance_margins(self._problem.supports)
+        self._margins = self._clearance_margins(self.problem.obstacles)
+        self._support_margins = self._clearance_margins(self.problem.supports)
 
     def _clearance_margins(self, obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "s m"]:
         """Clearance of each point at each step; start and goal may be nearer to obstacles [m]."""
-        problem = self._problem
+        problem = self.problem
         steps = np.arange(self.blocks * STEPS_PER_BLOCK)
         margins = problem.clearance + self.reserve + self._uncertainty
         for nodes, away in ((problem.state.positions, steps), (problem.goal.nodes, steps[::-1])):

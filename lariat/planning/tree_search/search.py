@@ -75,6 +75,19 @@ class TreePath:
     step_lengths: Float64[np.ndarray, "w-1"]
     """Motion of the grips from place to place, rotation included [m]."""
 
+    def displacements(self, blocks: int) -> Float64[np.ndarray, "k 2 6"]:
+        """Return translation [m] and rotation [rad] in blocks of equal length."""
+        at = np.concatenate([[0.0], np.cumsum(np.maximum(self.step_lengths, 1e-9))])
+        block_ends = np.linspace(0.0, at[-1], blocks + 1)
+        before = np.searchsorted(at, block_ends, side="right") - 1
+        before = np.clip(before, 0, len(self.step_lengths) - 1)
+        share = ((block_ends - at[before]) / (at[before + 1] - at[before]))[:, None, None]
+        positions, q = self.grips.positions, self.grips.orientations
+        places = (1.0 - share) * positions[before] + share * positions[before + 1]
+        turn = poses.rotation_from(q[before], q[before + 1])
+        turned = poses.multiply(poses.exponential(share * turn), q[before])
+        return Grips(places, turned).steps()
+
 
 class TreeSearch:
     """Search of one problem."""
@@ -131,13 +144,13 @@ class TreeSearch:
             path = self._connected(self._iteration)
             self._iteration += 1
         if path is not None:
-            return self._path(True, self._shortened(path))
-        near, tree = self._problem.goal.nodes, self._trees[0]
-        coarse = polylines.resample_smooth(near, self._rod.node_count)
-        index = int(np.argmin(tree.mean_distances(coarse)))
-        branch = tree.branch(index)
-        grips = tree.grips[branch] if len(branch) > 1 else tree.grips[[0, 0]]
-        return self._path(False, grips)
+            grips = self._shortened(path)
+        else:
+            tree, goal = self._trees[0], self._problem.goal.nodes
+            coarse = polylines.resample_smooth(goal, self._rod.node_count)
+            branch = tree.branch(int(np.argmin(tree.mean_distances(coarse))))
+            grips = tree.grips[branch if len(branch) > 1 else [0, 0]]
+        return TreePath(path is not None, grips, self._motion.length(grips[:-1], grips[1:]))
 
     def _connected(self, iteration: int) -> Grips | None:
         """Grow one tree, at first only between the roots; return the path where both trees meet."""
@@ -149,10 +162,6 @@ class TreeSearch:
             if len(new) and (path := self._connect(side, new)) is not None:
                 return path
         return None
-
-    def _path(self, reaches_goal: bool, grips: Grips) -> TreePath:
-        lengths = self._motion.length(grips[:-1], grips[1:])
-        return TreePath(reaches_goal, grips, lengths)
 
     def _state(
         self, nodes: Float64[np.ndarray, "n 3"], grips: tuple[Pose, Pose], turns: int
@@ -356,21 +365,3 @@ def _at_rest(rollout: Rollout, step: int) -> RodState:
     """Rod after a step, without its velocities."""
     still = np.zeros_like(rollout.final.velocities), np.zeros_like(rollout.final.angular_velocities)
     return RodState(rollout.positions[step], rollout.orientations[step], *still)
-
-
-def pose_displacements(
-    grips: Grips, lengths: Float64[np.ndarray, "w-1"], blocks: int
-) -> Float64[np.ndarray, "k 2 6"]:
-    """Return a path as displacements in blocks of equal length: translation [m], rotation [rad].
-
-    Args:
-        lengths: Motion from place to place [m].
-    """
-    at = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, 1e-9))])
-    block_ends = np.linspace(0.0, at[-1], blocks + 1)
-    before = np.clip(np.searchsorted(at, block_ends, side="right") - 1, 0, len(lengths) - 1)
-    share = ((block_ends - at[before]) / (at[before + 1] - at[before]))[:, None, None]
-    positions, q = grips.positions, grips.orientations
-    places = (1.0 - share) * positions[before] + share * positions[before + 1]
-    turn = poses.rotation_from(q[before], q[before + 1])
-    return Grips(places, poses.multiply(poses.exponential(share * turn), q[before])).steps()

@@ -17,10 +17,10 @@ def test_no_skipped_pace_is_better_than_the_chosen_one(behind_the_wall: Problem)
     optimizer = PathOptimizer(behind_the_wall)
     seeds = [optimizer.translated(seed) for seed in seed_paths(behind_the_wall)]
     candidate = optimizer.refine(min(seeds, key=lambda c: c.cost), 4)
-    together = retime(behind_the_wall, optimizer, candidate)
+    together = retime(optimizer, candidate)
     costs, alone = [], []
     for pace in retiming.PACES:
-        path = retime(behind_the_wall, optimizer, candidate, paces=(pace,))
+        path = retime(optimizer, candidate, paces=(pace,))
         swing = simulate_path(behind_the_wall, path)[1]
         costs.append(len(path.positions) * path.dt + np.log1p(swing / retiming.NEGLIGIBLE_SWING))
         alone.append(path)

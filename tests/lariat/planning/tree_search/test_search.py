@@ -8,7 +8,7 @@ import pytest
 from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
 from lariat.planning.problem import Problem
-from lariat.planning.tree_search.search import TreeSearch, pose_displacements
+from lariat.planning.tree_search.search import TreeSearch
 from lariat.rod import RolloutSpec
 from lariat.scenario import Goal
 from tests.lariat.planning.test_whole_path import LEVEL, behind_the_wall, window
@@ -39,7 +39,7 @@ def test_trees_lead_a_rope_lengthwise_through_a_window_half_as_wide(
     found = TreeSearch(problem, 0.008, 2).run(150)
     assert found.reaches_goal
     blocks = 3 * len(found.grips)
-    actions = pose_displacements(found.grips, found.step_lengths, blocks) / 0.4
+    actions = found.displacements(blocks) / 0.4
     rollout = problem.rod.rollout(RolloutSpec(problem.state, actions, 0.4))
     clear = [chain_clearance(n, problem.radius, problem.obstacles) for n in rollout.positions]
     assert min(clear) > 0.003
@@ -88,6 +88,6 @@ def test_a_fixed_grip_stays_where_it_is(behind_the_wall: Problem) -> None:
 
 def test_displacements_lead_through_all_poses(exchange: Problem) -> None:
     found = TreeSearch(exchange, 0.008, 2).run(150)
-    moved = pose_displacements(found.grips, found.step_lengths, 40)
+    moved = found.displacements(40)
     whole = found.grips.positions[-1] - found.grips.positions[0]
     np.testing.assert_allclose(moved[..., :3].sum(axis=0), whole, atol=1e-12)

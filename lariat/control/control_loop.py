@@ -14,7 +14,6 @@ from lariat.control.run.reasons import Reason, ReasonCode
 from lariat.control.run.state_machine import RunState
 from lariat.control.run.task import Task
 from lariat.control.supervision.clearance_guard import ClearanceGuard
-from lariat.control.supervision.hold_conditions import hold_reason
 from lariat.control.supervision.path_choice import PathChoice, PathOffer
 from lariat.control.supervision.path_watch import PathWatch
 from lariat.control.supervision.progress import ProgressMonitor
@@ -44,7 +43,7 @@ class ControlLoop:
             controller: Controller of the arms, e.g. of `lariat.controllers`.
         """
         self._task, self._rope, self._scene = task, rope, scene
-        self._progress, self._replanning, self._faults = progress, replanning, faults
+        self._progress, self._faults = progress, faults
         self._planned = scenario.control.planner
         self.controller = controller
         self._paths = PathChoice(
@@ -91,7 +90,7 @@ class ControlLoop:
             now: Present time [ns].
             offer: Latest answer of the planner; None before the first one.
         """
-        reason = hold_reason(self._task, self._replanning, arms, self._rope, self.controller, now)
+        reason = self._watch.hold_reason(arms, now)
         if reason is not None:
             self.controller.disengage()
             self._watch.released()

@@ -6,8 +6,7 @@ import numpy as np
 
 from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.refinement import distinct, is_clear, refined_path
-from lariat.planning.seeds import seed_paths
+from lariat.planning.refinement import is_clear, refined_path, seed_candidates
 from lariat.planning.whole_path import plan
 
 MAX_GUESSES = 8
@@ -31,8 +30,7 @@ def alternative_paths(problem: Problem, most: int) -> list[WholePath]:
     if not first.reached:
         return [first]
     optimizer = PathOptimizer(problem)
-    guesses = [optimizer.translated(seed) for seed in seed_paths(problem)]
-    guesses = distinct(sorted(guesses, key=lambda guess: guess.cost))[:MAX_GUESSES]
+    guesses = seed_candidates(optimizer, MAX_GUESSES)
     others = [refined_path(optimizer, guess) for guess in guesses]
     paths = [first, *(path for path in others if path.reached and is_clear(path, optimizer))]
     shortest = min(path.duration for path in paths)

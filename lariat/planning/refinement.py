@@ -11,6 +11,7 @@ from lariat.planning.path_optimization.block_path import blocks_of
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.retiming import retime
+from lariat.planning.seeds import seed_paths
 from lariat.planning.tree_search.search import TreePath
 
 ITERATIONS = 12
@@ -69,14 +70,15 @@ def rank(path: WholePath, optimizer: PathOptimizer) -> tuple[bool, bool, float]:
     return path.reached, clear, value
 
 
-def distinct(candidates: list[PathCandidate]) -> list[PathCandidate]:
-    """Return the candidates whose paths differ halfway, the first of several alike, in order."""
+def seed_candidates(optimizer: PathOptimizer, most: int) -> list[PathCandidate]:
+    """Return the cheapest candidates of the seed paths of which no two are alike halfway."""
+    guesses = [optimizer.translated(seed) for seed in seed_paths(optimizer.problem)]
     kept: list[PathCandidate] = []
-    for candidate in candidates:
+    for candidate in sorted(guesses, key=lambda guess: guess.cost):
         here = _halfway(candidate)
         if all(np.max(np.abs(here - _halfway(k))) > MIN_DIFFERENCE for k in kept):
             kept.append(candidate)
-    return kept
+    return kept[:most]
 
 
 def _halfway(candidate: PathCandidate) -> Float64[np.ndarray, "2 3"]:

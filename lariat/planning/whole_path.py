@@ -17,9 +17,8 @@ from lariat.planning.laying import plan_laying
 from lariat.planning.no_path_proof import proof_of_no_path
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath, grip_distance
-from lariat.planning.refinement import distinct, followed, is_clear, rank, refined_path
+from lariat.planning.refinement import followed, is_clear, rank, refined_path, seed_candidates
 from lariat.planning.retiming import SUFFICIENT_CLEARANCE
-from lariat.planning.seeds import seed_paths
 from lariat.planning.shorter_path import nearest_path, stay
 from lariat.planning.tree_search.search import TreePath, TreeSearch
 from lariat.rod import state_along
@@ -83,8 +82,7 @@ def _plan(problem: Problem, clock: PlanningTime) -> WholePath:
         return stay(problem, f"blocked: the goal itself {_conflict_at_goal(problem)}")
     if at_goal := goal_fault(problem):
         return stay(problem, f"unreachable: at the goal itself, {at_goal}")
-    seeds = [optimizer.translated(seed) for seed in seed_paths(problem)]
-    candidates = distinct(sorted(seeds, key=lambda c: c.cost))[:MAX_REFINED]
+    candidates = seed_candidates(optimizer, MAX_REFINED)
     searched = None
     if candidates[0].shortfall > MAX_SEED_SHORTFALL:
         # No seed leads through: the trees are tried before one is refined in vain.

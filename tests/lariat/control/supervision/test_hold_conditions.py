@@ -12,7 +12,7 @@ import pytest
 from lariat.control.run.arm_condition import ArmCondition
 from lariat.control.run.reasons import ReasonCode
 from lariat.control.run.state_machine import RunState
-from lariat.control.supervision.hold_conditions import hold_reason
+from lariat.control.supervision.path_watch import PathWatch
 from lariat.trajectory import SECOND
 from tests.lariat.control.supervision.started_run import Run, code_of, path
 
@@ -35,7 +35,8 @@ def reason_of(
     controller: Any = SimpleNamespace(
         reference=path() if following else None, tracking_error=lambda: tracking_error
     )
-    return code_of(hold_reason(run.task, run.replanning, arms, rope, controller, NOW))
+    parts: Any = (run.task, rope, None, controller, run.progress, None, run.replanning, run.paths)
+    return code_of(PathWatch(*parts).hold_reason(arms, NOW))
 
 
 def test_arms_hold_for_the_task_the_arms_and_a_rope_that_is_not_seen(run: Run) -> None:

@@ -15,7 +15,6 @@ from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.grips import Grips
-from lariat.geometry.near_pairs import NearPairs, near_pairs
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.polylines import with_midpoints
 from lariat.planning.arms.arm_residuals import ArmResiduals
@@ -88,7 +87,7 @@ class PathCandidate:
     """Points of the rope with too little clearance to obstacles."""
     support_near: SweptPairs = field(repr=False)
     """Points of the rope with too little clearance to supports."""
-    gripper_near: NearPairs = field(repr=False)
+    gripper_near: SweptPairs = field(repr=False)
     """Points of the grippers with too little clearance."""
 
 
@@ -233,22 +232,21 @@ class PathOptimizer:
         points = with_midpoints(np.concatenate([start, nodes[: len(self._margins)]]))
         rope = swept_pairs(points, problem.obstacles, problem.radius, self._margins)
         support = swept_pairs(points, problem.supports, problem.radius, self._support_margins, 0)
-        points = problem.gripper_points(self._path.grips(displacements)[1:]).reshape(-1, 3)
+        points = problem.gripper_points(self._path.grips(displacements))
         keep = max(problem.clearance, problem.limits.keep_out) + self.reserve
-        gripper_distance = keep + problem.limits.gripper_radius
-        gripper = near_pairs(points, problem.solid, np.full(len(points), gripper_distance))
-        gripper_lack = gripper_distance - gripper.distances
+        margins = np.full((len(points) - 1, points.shape[1]), keep)
+        gripper = swept_pairs(points, problem.solid, problem.limits.gripper_radius, margins, 0)
         residuals = np.concatenate(
             [
                 MILLIMETRES / np.sqrt(len(miss)) * miss.ravel(),
                 MILLIMETRES * CLEARANCE_WEIGHT * rope.lacks,
                 MILLIMETRES * SUPPORT_WEIGHT * support.lacks,
-                MILLIMETRES * CLEARANCE_WEIGHT * gripper_lack,
+                MILLIMETRES * CLEARANCE_WEIGHT * gripper.lacks,
                 *(residual for residual, _ in self._grip_residuals(displacements)),
             ]
         )
         rope_lack = rope.lacks - self._uncertainty[rope.steps, rope.points]
-        lack = max(np.max(rope_lack, initial=0.0), np.max(gripper_lack, initial=0.0))
+        lack = max(np.max(rope_lack, initial=0.0), np.max(gripper.lacks, initial=0.0))
         return PathCandidate(
             displacements,
             float(residuals @ residuals),
@@ -298,15 +296,11 @@ class PathOptimizer:
             along = np.einsum("ac,ackem->akem", hit.normals, moved)
             rows.append(-weight * along[..., moves].reshape(-1, rows[0].shape[1]))
         hit = candidate.gripper_near
-        if len(hit.points):
-            step, at = np.divmod(hit.points, 6)
-            end = at // 3
-            along = np.zeros((len(step), self.blocks, 2, 6))
-            along[np.arange(len(step)), :, end, :3] = (
-                path.share[step][:, :, None] * hit.normals[:, None, :]
-            )
-            weight = MILLIMETRES * CLEARANCE_WEIGHT
-            rows.append(-weight * along[..., moves].reshape(len(step), -1))
+        along = np.zeros((len(hit.steps), self.blocks, 2, 6))
+        share = path.share[hit.steps][:, :, None]
+        along[np.arange(len(along)), :, hit.points // 3, :3] = share * hit.normals[:, None, :]
+        weight = MILLIMETRES * CLEARANCE_WEIGHT
+        rows.append(-weight * along[..., moves].reshape(-1, rows[0].shape[1]))
         for residual, row in self._grip_residuals(candidate.displacements):
             rows.append(row[..., moves].reshape(len(residual), -1))
         jacobian = np.concatenate(rows)

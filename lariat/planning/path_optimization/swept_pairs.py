@@ -1,4 +1,4 @@
-"""Points of the rope that come too near to an obstacle, after a step of a path or between two.
+"""Points of a moving body that come too near to an obstacle, after a step of a path or between two.
 
 Points move in straight lines from step to step. Instants are inserted where a body may lie between
 two steps, so that a path that jumps over it costs as much as one that runs into it.
@@ -12,7 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from lariat.geometry.obstacles import Obstacle, outward_normals, signed_distance
+from lariat.geometry.obstacles import (
+    Obstacle,
+    bounding_box,
+    out_of_reach,
+    outward_normals,
+    signed_distance,
+)
 from lariat.geometry.swept_clearance import sweep_step
 
 MAX_INSTANTS = 12
@@ -21,7 +27,7 @@ MAX_INSTANTS = 12
 
 @dataclass(frozen=True)
 class SweptPairs:
-    """Pairs of a point of the rope and an obstacle, nearer to each other than wanted."""
+    """Pairs of a point and an obstacle, nearer to each other than wanted."""
 
     steps: Int64[np.ndarray, "a"]
     """Indices of the steps with whose end the motion ends."""
@@ -46,7 +52,7 @@ def swept_pairs(
 
     Args:
         points: Points at the start, and after each step [m].
-        radius: Radius of the rope [m].
+        radius: Radius of the body around the points [m].
         margins: Clearance that each point keeps after each step, s = h - 1 [m].
         instants: Largest number of instants that are inserted between two steps.
     """
@@ -54,7 +60,10 @@ def swept_pairs(
     moves = np.linalg.norm(np.diff(points, axis=0), axis=2)
     none = np.zeros(0, dtype=int)
     columns = [(none, none, np.zeros(0), np.zeros(0), np.zeros((0, 3)))]
+    box, farthest = bounding_box(points), float(np.max(reach))
     for obstacle in obstacles:
+        if out_of_reach(box, obstacle, farthest):
+            continue
         distance = signed_distance(points, obstacle)
         step, point = np.nonzero(distance[1:] < reach)
         share = np.ones(len(step))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from jaxtyping import Bool, Float64
 
+from lariat.geometry.grips import Grips
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionLimits
@@ -58,16 +59,11 @@ class PlanningProblem:
 
 
 @dataclass(frozen=True)
-class GripPath:
+class GripPath(Grips):
     """Waypoints of both grips, from their present poses to the last ones.
 
     Lariat passes them within the limits, from rest to rest, and checks the motion with the rod.
     """
-
-    positions: Float64[np.ndarray, "w 2 3"]
-    """Positions [m]."""
-    orientations: Float64[np.ndarray, "w 2 4"]
-    """Orientations, wxyz."""
 
 
 class PathPlanner(Protocol):

@@ -185,9 +185,9 @@ def reference_trajectory(path: Path) -> ReferenceTrajectory:
     ]
     nodes = chain(path.nodes).reshape(len(left), path.node_count, 3)
     return ReferenceTrajectory(
-        SETPOINT_PERIOD * 1e-9,
         np.stack([left, right], axis=1),
         np.stack(turned, axis=1),
+        SETPOINT_PERIOD * 1e-9,
         nodes,
         path.reached,
         path.reason,

@@ -7,21 +7,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
+from lariat.geometry.grips import Grips
 from lariat.trajectory import MotionSequence, MotionState
 
 
 @dataclass(frozen=True)
-class ReferenceTrajectory:
+class ReferenceTrajectory(Grips):
     """Poses of both grips one setpoint apart, from rest to rest, and the rope along them."""
 
     dt: float
     """Time between points [s]."""
-    positions: Float64[np.ndarray, "t 2 3"]
-    """Positions of the grips [m]."""
-    orientations: Float64[np.ndarray, "t 2 4"]
-    """Orientations of the grips, wxyz."""
-    nodes: Float64[np.ndarray, "t n 3"]
+    nodes: Float64[np.ndarray, "k n 3"]
     """Nodes of the rope [m]."""
     reached: bool = True
     """Whether it ends at the goal."""
@@ -36,7 +32,7 @@ class ReferenceTrajectory:
     @property
     def end(self) -> int:
         """Index of the last point."""
-        return len(self.positions) - 1
+        return len(self) - 1
 
     @classmethod
     def standing(
@@ -51,11 +47,10 @@ class ReferenceTrajectory:
         """
         twice = np.repeat(motion.positions[None], 2, axis=0)
         turned = np.repeat(motion.orientations[None], 2, axis=0)
-        return cls(dt, twice, turned, np.repeat(nodes[None], 2, axis=0))
+        return cls(twice, turned, dt, np.repeat(nodes[None], 2, axis=0))
 
     def __post_init__(self) -> None:
-        turned = poses.multiply(self.orientations[1:], poses.conjugate(self.orientations[:-1]))
-        steps = np.stack([np.diff(self.positions, axis=0), poses.logarithm(turned)], axis=2)
+        steps = self.steps().reshape(-1, 2, 2, 3)
         still = np.zeros((1, 2, 2, 3))
         rates = np.concatenate([still, steps / self.dt, still])
         travelled = np.cumsum(np.concatenate([steps, still]), axis=0)

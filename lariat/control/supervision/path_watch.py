@@ -7,7 +7,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float64
 
 from lariat.control.estimation.rope_tracker import MAX_P_WRONG, RopeTracker
 from lariat.control.mpc.collision_scene import CollisionScene
@@ -143,8 +142,7 @@ class PathWatch:
         """
         if self._task.state is not RunState.RUNNING:
             return False
-        limited = self._controller.limits.tension is not None
-        if limited and self.pulled(self._rope.estimator.state.positions):
+        if self.pulled():
             return True
         deviation = self._rope.predictions.deviation
         # A rope within tolerance of its goal needs no other path. On a support it moves otherwise
@@ -167,12 +165,13 @@ class PathWatch:
         log.info("%s", self.threatened(threat, self._clearance_ahead(obstacle)))
         return True
 
-    def pulled(self, nodes: Float64[np.ndarray, "n 3"]) -> bool:
+    def pulled(self) -> bool:
         """Give up where the model's rope is pulled more than the limit; return whether it is."""
         limit = self._controller.limits.tension
         if limit is None:
             return False
-        tension = float(np.max(tensions(nodes, self._rope.estimator.rod.properties)))
+        model = self._rope.estimator
+        tension = float(np.max(tensions(model.state.positions, model.rod.properties)))
         if tension <= limit:
             return False
         detail = {"tension_n": tension, "limit_n": limit}

@@ -58,7 +58,7 @@ def path(cell: Cell, shift: np.ndarray, seconds: float) -> ReferenceTrajectory:
     twists[:, :, :3] = np.diff(positions, axis=0) / 0.02
     moved = cell.plant.rollout(RolloutSpec(cell.rope, twists, 0.02)).positions
     nodes = np.concatenate([cell.rope.positions[None], moved])
-    return ReferenceTrajectory(0.02, positions, orientations, nodes)
+    return ReferenceTrajectory(positions, orientations, 0.02, nodes)
 
 
 @pytest.mark.parametrize(("camera_delay", "arm_lag"), [(0.1, 0.0), (0.02, 0.1)])

@@ -77,7 +77,7 @@ def path(*, reached: bool = True, start: float = 0.0) -> ReferenceTrajectory:
     points = np.full((2, 2, 3), start)
     turned = np.tile([1.0, 0.0, 0.0, 0.0], (2, 2, 1))
     nodes = np.zeros((2, NODE_COUNT, 3))
-    return ReferenceTrajectory(0.02, points, turned, nodes, reached, "blocked")
+    return ReferenceTrajectory(points, turned, 0.02, nodes, reached, "blocked")
 
 
 def code_of(reason: Reason | None) -> ReasonCode | None:

@@ -91,15 +91,16 @@ def test_a_rope_that_is_pulled_more_than_the_limit_ends_the_run(
 ) -> None:
     watch: Any = watch_of(run)
     properties = RodProperties(0.4, 0.008, 0.044, 1e6, stretch_stiffness=2000.0)
-    watch._rope = SimpleNamespace(
-        estimator=SimpleNamespace(rod=SimpleNamespace(properties=properties))
-    )
     watch._controller.limits = SimpleNamespace(tension=limit)
     # One of its edges of 0.1 m is 0.1 mm too long: 2 N.
     nodes = np.zeros((5, 3))
     nodes[:, 0] = [0.0, 0.1, 0.2001, 0.3, 0.4]
     nodes[3:, 0] += 0.0001
-    assert watch.pulled(nodes) is pulled
+    model = SimpleNamespace(
+        rod=SimpleNamespace(properties=properties), state=SimpleNamespace(positions=nodes)
+    )
+    watch._rope = SimpleNamespace(estimator=model)
+    assert watch.pulled() is pulled
     assert (run.task.state is RunState.FAILED) is pulled
     if pulled:
         assert run.task.reason.code is ReasonCode.PULLED

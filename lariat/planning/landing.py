@@ -8,19 +8,20 @@ support at the goal come straight down: they touch it where they lie, and need n
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.geometry.obstacles import signed_distance
+from lariat.geometry.obstacles import scene_distance
 from lariat.geometry.poses import Pose
 from lariat.planning.path_optimization.block_path import BLOCKS, STEP_TIME
 from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.planning.problem import Problem, WholePath
 from lariat.planning.retiming import retime
 from lariat.planning.time_parameterization import Pace
-from lariat.rod import RodState, RolloutSpec, add_turns, state_along
+from lariat.rod import RodState, RolloutSpec
 
 LEANING_CLEARANCE = 0.003
 """Distance of a point of the goal from a support below which it leans on it [m]."""
@@ -41,58 +42,52 @@ DESCENT_PACES = (Pace(1.3, (0.16, 0.1)),)
 corners are sharp."""
 
 
-@dataclass(frozen=True)
-class Landing:
-    """Last part of a path to a goal that leans on a support."""
+def plan_landing(problem: Problem, approach: Callable[[Problem], WholePath]) -> WholePath | None:
+    """Return a path to above the supports of the goal, and the descent onto them from there.
 
-    approach: Problem
-    """Problem whose goal is the rope at rest above the support."""
-    descent: Float64[np.ndarray, "w 2 3"]
-    """Positions of the rope's ends from there to the goal [m]."""
-
-
-def landing(problem: Problem) -> Landing | None:
-    """Return the landing of a rope on the supports of its goal.
+    Args:
+        approach: Planner of the first part.
 
     Returns:
-        The landing; None where the goal leans on nothing, where an end cannot be moved, or where
-        the rope does not come free of its supports when it is lifted.
+        The path; None where the goal leans on nothing, where an end cannot be moved, or where the
+        rope does not come free of its supports when it is lifted.
     """
     if not problem.supports or not problem.moves[:, :3].all():
         return None
-    leaning = _support_distances(problem, problem.goal.nodes) < LEANING_CLEARANCE
+    leaning = _height(problem, problem.goal.nodes) < LEANING_CLEARANCE
     lying = _lying(problem) if leaning.any() else None
     if lying is None:
         return None
     state, (left, right) = lying
     offsets, lifted = _lifted(problem, state, leaning)
-    free = [np.min(_support_distances(problem, n)) >= HOVER_CLEARANCE for n in lifted]
-    if not any(free):
+    free = np.min(_height(problem, lifted), axis=1) >= HOVER_CLEARANCE
+    if not free.any():
         return None
-    top = free.index(True)
+    top = int(np.argmax(free))
     ends = np.stack([left.position, right.position])
     descent = np.concatenate([ends + offsets[top::-1, None], ends[None]])
     above = Pose(descent[0, 0], left.orientation), Pose(descent[0, 1], right.orientation)
-    hovering = _rest(problem, above, lifted[top])
-    return Landing(
-        problem.with_goal(nodes=hovering.positions, left=above[0], right=above[1]), descent
-    )
+    hovering = problem.rest(above, lifted[top], problem.goal.turns)
+    path = approach(problem.with_goal(nodes=hovering.positions, left=above[0], right=above[1]))
+    return _lowered(problem, path, descent) if path.reached else path
 
 
-def landed(problem: Problem, landing: Landing, approach: WholePath) -> WholePath:
-    """Return a path to the goal of `landing.approach`, and the descent from there."""
+def _lowered(
+    problem: Problem, approach: WholePath, descent: Float64[np.ndarray, "w 2 3"]
+) -> WholePath:
+    """Path that goes on from above the supports, along positions of the rope's ends [m]."""
     above, turned = approach.pair(-1), problem.feasible_goal_grips
-    left, right = (Pose(p, g.orientation) for p, g in zip(landing.descent[-1], turned, strict=True))
-    descent = replace(
+    left, right = (Pose(p, grip.orientation) for p, grip in zip(descent[-1], turned, strict=True))
+    lowering = replace(
         problem.with_goal(left=left, right=right),
-        state=_rest(problem, above, approach.nodes[-1]),
+        state=problem.rest(above, approach.nodes[-1], problem.goal.turns),
         grips=above,
         pace=DESCENT_SPEED_SHARE * problem.pace,
     )
-    optimizer = PathOptimizer(descent)
-    at = np.linspace(0.0, len(landing.descent) - 1.0, BLOCKS + 1)
-    flat = landing.descent.reshape(len(landing.descent), 6)
-    waypoints = np.stack([np.interp(at, np.arange(len(flat)), c) for c in flat.T], axis=1)
+    optimizer = PathOptimizer(lowering)
+    at = np.linspace(0.0, len(descent) - 1.0, BLOCKS + 1)
+    columns = descent.reshape(-1, 6).T
+    waypoints = np.stack([np.interp(at, np.arange(len(descent)), c) for c in columns], axis=1)
     waypoints = waypoints.reshape(-1, 2, 3)
     # The approach may end a little beside its goal.
     share = np.linspace(1.0, 0.0, len(waypoints))[:, None, None]
@@ -103,12 +98,13 @@ def landed(problem: Problem, landing: Landing, approach: WholePath) -> WholePath
 
 def _lying(problem: Problem) -> tuple[RodState, tuple[Pose, Pose]] | None:
     """Rod at rest on the supports where it is nearest to the goal, and the poses of its ends."""
+    goal, grips = problem.goal, problem.feasible_goal_grips
     try:
-        state = _rest(problem, problem.feasible_goal_grips, problem.goal.nodes)
+        state = problem.rest(grips, goal.nodes, goal.turns)
     except ValueError:
         # The goal's grips are further apart than the rope is long.
         return None
-    near = PathOptimizer(replace(problem, state=state, grips=problem.feasible_goal_grips))
+    near = PathOptimizer(replace(problem, state=state, grips=grips))
     fitted = near.follow(np.zeros((BLOCKS, 2, 6)))
     fitted = near.refine(fitted, FIT_ITERATIONS)
     return fitted.final, near.grips(fitted).pair(-1)
@@ -137,15 +133,6 @@ def _lifted(
     return offsets[1:], nodes
 
 
-def _rest(problem: Problem, ends: tuple[Pose, Pose], nodes: Float64[np.ndarray, "n 3"]) -> RodState:
-    """Rod at rest on or above the supports, near given nodes."""
-    guess = add_turns(state_along(nodes, *(end.orientation for end in ends)), problem.goal.turns)
-    return problem.rod.rest(*ends, guess=guess, obstacles=problem.packed_supports).state
-
-
-def _support_distances(
-    problem: Problem, nodes: Float64[np.ndarray, "n 3"]
-) -> Float64[np.ndarray, "n"]:
+def _height(problem: Problem, nodes: Float64[np.ndarray, "*b n 3"]) -> Float64[np.ndarray, "*b n"]:
     """Distances between the surfaces of the rope's nodes and the nearest support [m]."""
-    distances = [signed_distance(nodes, support) for support in problem.supports]
-    return np.min(distances, axis=0) - problem.radius
+    return scene_distance(nodes, problem.supports) - problem.radius

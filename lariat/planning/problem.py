@@ -13,7 +13,7 @@ from lariat.geometry.grippers import gripper_axis_distance, swept_gripper_points
 from lariat.geometry.grips import Grips
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodState
+from lariat.rod import Rod, RodState, add_turns, state_along
 from lariat.safety.motion_contract import (
     PATH_STRETCH_SHARE,
     SETPOINT_PERIOD,
@@ -142,6 +142,22 @@ class Problem:
         """Return the distances between the grippers' axes [m], and their directions."""
         held = self.grippers(ends)
         return gripper_axis_distance(held.positions, held.orientations, self.limits.gripper_reach)
+
+    def rest(
+        self, ends: tuple[Pose, Pose], nodes: Float64[np.ndarray, "n 3"], turns: int = 0
+    ) -> RodState:
+        """Return the rope at rest on or above its supports, in the shape nearest to given nodes.
+
+        Args:
+            ends: Poses of the rope's ends.
+            nodes: Nodes of the shape [m].
+            turns: Whole turns of twist of that shape.
+
+        Raises:
+            ValueError: The rope does not reach from end to end.
+        """
+        guess = add_turns(state_along(nodes, *(end.orientation for end in ends)), turns)
+        return self.rod.rest(*ends, guess=guess, obstacles=self.packed_supports).state
 
     @property
     def longest_grip_distance(self) -> float:

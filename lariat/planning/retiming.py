@@ -24,7 +24,6 @@ from lariat.planning.path_check import (
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import PATH_PERIOD, Problem, WholePath, grip_distance
 from lariat.planning.time_parameterization import Pace, time_parameterize
-from lariat.rod import state_along
 
 PACES = (
     Pace(1.6, (0.4, 0.4)),
@@ -94,9 +93,7 @@ def path_through(problem: Problem, waypoints: Grips, pace: Pace = WAYPOINT_PACE)
     end = nodes[-1]
     if not problem.goal.route:
         # What is laid has a history, and does not swing.
-        guess = state_along(end, *grips.orientations[-1])
-        rest = problem.rod.rest(*grips.pair(-1), guess=guess, obstacles=problem.packed_supports)
-        end = rest.state.positions
+        end = problem.rest(grips.pair(-1), end).positions
     error = problem.goal_error(end)
     path = _path(problem, grips, nodes, error)
     blocked = fault_on_the_way(problem, path, min(MIN_CLEARANCE, problem.clearance))

@@ -12,7 +12,7 @@ import numpy as np
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
 from lariat.planning.arms.arm_check import goal_fault
-from lariat.planning.landing import landed, landing
+from lariat.planning.landing import plan_landing
 from lariat.planning.laying import plan_laying
 from lariat.planning.no_path_proof import proof_of_no_path
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
@@ -21,7 +21,6 @@ from lariat.planning.refinement import followed, is_clear, rank, refined_path, s
 from lariat.planning.retiming import SUFFICIENT_CLEARANCE
 from lariat.planning.shorter_path import nearest_path, stay
 from lariat.planning.tree_search.search import TreePath, TreeSearch
-from lariat.rod import state_along
 
 MAX_REFINED = 3
 """Largest number of seeds that are refined."""
@@ -62,12 +61,9 @@ def plan(problem: Problem) -> WholePath:
     if problem.goal.route:
         return plan_laying(problem, plan)
     clock = PlanningTime(problem.planning_time)
-    last_part = landing(problem)
-    if last_part is not None:
-        approach = _plan(last_part.approach, clock)
-        path = landed(problem, last_part, approach) if approach.reached else approach
-        if path.reached:
-            return path
+    path = plan_landing(problem, lambda approach: _plan(approach, clock))
+    if path is not None and path.reached:
+        return path
     path = _plan(problem, clock)
     if path.reached or not clock.cut:
         return path
@@ -163,13 +159,12 @@ def _search_trees(optimizer: PathOptimizer, clock: PlanningTime) -> Searched:
 
 def _is_rest_shape(problem: Problem) -> bool:
     """Whether the goal is near a shape that the rope takes between its grips."""
-    left, right = problem.feasible_goal_grips
-    guess = state_along(problem.goal.nodes, left.orientation, right.orientation)
+    nodes = problem.goal.nodes
     try:
-        rest = problem.rod.rest(left, right, guess=guess, obstacles=problem.packed_supports)
+        rest = problem.rest(problem.feasible_goal_grips, nodes)
     except ValueError:
         return False
-    apart = polylines.mean_node_distance(rest.state.positions, problem.goal.nodes)
+    apart = polylines.mean_node_distance(rest.positions, nodes)
     return apart < MAX_REST_ERROR
 
 

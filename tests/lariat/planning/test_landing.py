@@ -8,8 +8,9 @@ from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle, chain_clearance, pack, signed_distance
 from lariat.geometry.poses import Pose
-from lariat.planning.landing import HOVER_CLEARANCE, LIFT_STEP, landed, landing
+from lariat.planning.landing import HOVER_CLEARANCE, LIFT_STEP, plan_landing
 from lariat.planning.problem import Problem, WholePath
+from lariat.planning.shorter_path import stay
 from lariat.planning.whole_path import plan
 from lariat.rod import Rod, RodProperties
 from lariat.scenario.sections import Goal, Limits
@@ -83,9 +84,8 @@ def test_a_stiff_rope_that_bends_aside_on_its_support_touches_it_where_it_comes_
     )
     state = rod.rest(*over_the_bar.grips).state
     problem = replace(over_the_bar, rod=rod, state=state, goal=goal, supports=(rough,))
-    found = landing(problem)
-    assert found is not None
-    path = landed(problem, found, plan(found.approach))
+    path = plan_landing(problem, plan)
+    assert path is not None
     touching = gaps(problem, path) < 0.002
     beside = (path.nodes[touching] - goal.nodes)[:, leaning_nodes(problem), 1]
     # Grips that go aside before the rope lies lay it 13 to 18 mm beside.
@@ -111,19 +111,24 @@ def test_a_goal_that_leans_on_nothing_has_no_landing(over_the_bar: Problem):
         over_the_bar,
         goal=Goal(over_the_bar.rod.rest(*grips).state.positions, grips[0], grips[1]),
     )
-    assert landing(above) is None
+    assert plan_landing(above, plan) is None
 
 
 def test_an_end_that_is_fixed_cannot_be_lowered(over_the_bar: Problem):
     moves = over_the_bar.moves.copy()
     moves[0] = False
-    assert landing(replace(over_the_bar, moves=moves)) is None
+    assert plan_landing(replace(over_the_bar, moves=moves), plan) is None
 
 
 def test_the_grips_hover_no_higher_than_the_rope_needs(over_the_bar: Problem):
-    found = landing(over_the_bar)
-    assert found is not None
-    gap = chain_clearance(found.approach.goal.nodes, over_the_bar.radius, [BAR])
+    asked: list[Problem] = []
+
+    def approach(problem: Problem) -> WholePath:
+        asked.append(problem)
+        return stay(problem, "")
+
+    plan_landing(over_the_bar, approach)
+    gap = chain_clearance(asked[0].goal.nodes, over_the_bar.radius, [BAR])
     assert HOVER_CLEARANCE - 1e-3 < gap < HOVER_CLEARANCE + LIFT_STEP
 
 
@@ -136,8 +141,8 @@ def test_a_rope_without_room_above_its_support_is_laid_onto_it_all_the_same(
     left, right = (replace(g, position=g.position + down) for g in over_the_bar.grips)
     state = over_the_bar.rod.rest(left, right).state
     problem = replace(over_the_bar, limits=limits, grips=(left, right), state=state)
-    found = landing(problem)
-    assert found is not None
-    assert not plan(found.approach).reached
+    landed = plan_landing(problem, plan)
+    assert landed is not None
+    assert not landed.reached
     path = plan(problem)
     assert path.reached, path.reason

@@ -22,6 +22,9 @@ BENCHES: dict[str, Bench] = {
         "benchmarks.robustness.boards", "a cable laid on boards whose clips are moved"
     ),
     "narrow": Bench("benchmarks.narrow.bench", "paths through posts, beams, windows and corridors"),
+    "narrow ablation": Bench(
+        "benchmarks.narrow.ablation", "paths with parts of the planner switched off in turn"
+    ),
     "paper": Bench("benchmarks.paper.bench", "the paper's simulations, its methods and ours"),
     "paper horizon": Bench("benchmarks.paper.horizon", "the time to plan one horizon"),
     "paper real": Bench("benchmarks.paper.real", "its real experiments, MuJoCo as the lab"),

@@ -158,7 +158,7 @@ def _attempt(
     named = tuple(replace(o, name=f"{o.shape}-{k}") for k, o in enumerate(opening.obstacles))
     scenario = replace(base, obstacles=named)
     path = time_parameterize(waypoints, scenario.limits, PATH_PERIOD, HIDDEN_PACE)
-    clearance, nodes = _drive(rod, scenario.bodies, path, PATH_PERIOD)
+    clearance, nodes = drive(rod, scenario.bodies, path, PATH_PERIOD)
     if clearance < CLEARANCE:
         return None
     start, goal = (_shape(waypoints, k) for k in (0, -1))
@@ -167,13 +167,19 @@ def _attempt(
     return WayScene(replace(scenario, start=start, goal=goal), clearance, nodes)
 
 
-def _drive(
-    rod: Rod, obstacles: Sequence[Obstacle], path: Grips, dt: float
+def drive(
+    rod: Rod, obstacles: Sequence[Obstacle], path: Grips, dt: float, least: float = CLEARANCE
 ) -> tuple[float, Float64[np.ndarray, "n 3"]]:
     """Return the clearance of the plant along a path [m], and its nodes at rest after it [m].
 
-    Obstacles are measured, not felt. Places of the path are `dt` seconds apart. The motion ends
-    where the clearance is too small for a hidden way.
+    Obstacles are measured, not felt.
+
+    Args:
+        rod: Plant.
+        obstacles: Obstacles.
+        path: Poses of the grips.
+        dt: Time between two of them [s].
+        least: Clearance below which the motion ends [m].
     """
     state: RodState = rod.rest(*path.pair(0)).state
     velocities = path.steps() / dt
@@ -186,7 +192,7 @@ def _drive(
         nodes = np.concatenate([state.positions[None], rollout.positions])
         clearance = min(clearance, swept_clearance(nodes, radius, obstacles))
         state = rollout.final
-        if clearance < CLEARANCE:
+        if clearance < least:
             break
     return clearance, state.positions
 

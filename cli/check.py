@@ -144,9 +144,14 @@ def main(
             if path["departs_s"]
             else ""
         )
+        unknown = (
+            f", with 99 % {path['certain_clearance_mm']:.1f} mm before the rope is learned"
+            if loaded.control.adapt
+            else ""
+        )
         print(
             f"  path: {verdict}; {path['duration_s']:.1f} s{wait}, {path['clearance_mm']:.1f} mm "
-            f"from obstacles, planned in {path['plan_s']:.1f} s"
+            f"from obstacles{unknown}, planned in {path['plan_s']:.1f} s"
         )
         for k, way in enumerate(path["alternatives"], start=1):
             print(
@@ -222,6 +227,7 @@ def planned(cell: Scenario, alternatives: int = 1, nearest: Path | None = None) 
     from lariat.planning.arms.advice import helpful_changes
     from lariat.planning.arms.arm_check import goal_fault, start_fault
     from lariat.planning.cell_problem import scenario_departure, scenario_problem
+    from lariat.planning.certain_clearance import certain_clearance
     from services.planner.service import PlannerService
 
     PlannerService(cell).warm_up()
@@ -237,6 +243,7 @@ def planned(cell: Scenario, alternatives: int = 1, nearest: Path | None = None) 
         "reached": path.reached,
         "reason": path.reason,
         "clearance_mm": round(1e3 * path.clearance, 3),
+        "certain_clearance_mm": round(1e3 * certain_clearance(problem, path), 3),
         "departs_s": round(departure.after, 3),
         "duration_s": round(path.duration, 3),
         "final_error_mm": round(1e3 * path.final_error, 3),

@@ -148,6 +148,7 @@ def score_table(score: Score) -> Table:
         "angle of the ends": _unit(score.final_angle_rad, "rad", 4),
         "error of the shape": _unit(score.final_shape_error_mm, "mm (mean distance of the curves)"),
         "least clearance": _unit(score.min_clearance_mm, "mm"),
+        "of its path, with 99 %": _unit(score.certain_clearance_mm, "mm"),
         "from distractors": _unit(score.min_distractor_clearance_mm, "mm"),
         "time in contact": _unit(score.contact_time_s, "s"),
         "length error": _unit(score.length_error_mm, "mm"),

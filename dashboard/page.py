@@ -297,7 +297,9 @@ class Page:
         nodes = chain(rope.positions) if rope is not None and not rope.lost else np.zeros((0, 3))
         held = held_clips(route, self._obstacles, nodes) if route and len(nodes) else []
         laid = status_text.laid(task, held, self._scenario.limits.tension) if route else ""
-        headline = status_text.headline(task, task_age, arms, rope, missing, self._simulated, laid)
+        path, _ = latest_with_age(inbox, topics.CONTROLLER_PATH, now)
+        facts = laid, status_text.certain(path)
+        headline = status_text.headline(task, task_age, arms, rope, missing, self._simulated, facts)
         self._arm_controls.update(arms, arms_age)
         self._run_controls.update(headline, task, arms, now)
         self._goal_editor.update(task, preview, now)

@@ -182,6 +182,7 @@ CONTROLLER_PATH = Topic(
             "nodes",
             "final_error",
             "clearance",
+            "certain_clearance",
         ),
         1e-7,
     ),
@@ -194,8 +195,9 @@ CONTROLLER_PARAMETERS = Topic(
     Parameters,
     "controller",
     "latest",
-    tolerance={"parameters": 1e-12, "rod": 1e-12, "xpbd": 1e-12, "prediction_error": 1e-7},
-    relative_tolerance=dict.fromkeys(("parameters", "rod", "xpbd"), 1e-6),
+    tolerance={"parameters": 1e-12, "rod": 1e-12, "xpbd": 1e-12, "prediction_error": 1e-7}
+    | {"unknowns": 1e-9, "covariance": 1e-9},
+    relative_tolerance=dict.fromkeys(("parameters", "rod", "xpbd", "covariance"), 1e-6),
 )
 ARM_SETPOINTS = Topic(
     "arm/setpoints", Setpoints, "controller", "every", urgent=True, tolerance={"arms": 1e-7}

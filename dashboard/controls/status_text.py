@@ -13,7 +13,7 @@ from dashboard.subscriptions import STALE_AGE
 from lariat.geometry.cable_routes import clip_names
 from shared import messages
 from shared.arm_rest import stands
-from shared.messages import ArmState, ArmStates, NodeChain, TaskState
+from shared.messages import ArmState, ArmStates, NodeChain, Path, TaskState
 
 MIN_SHOWN_FORCE = 1.0
 """Contact force below which it is not shown [N]."""
@@ -57,7 +57,7 @@ def headline(
     rope: NodeChain | None = None,
     unheard: Sequence[str] = (),
     simulated: bool = False,
-    laid: str = "",
+    facts: Sequence[str] = (),
 ) -> StatusLine:
     """State of the whole cell in one line.
 
@@ -68,7 +68,7 @@ def headline(
         rope: Newest perceived rope.
         unheard: Services of the loop that have never been heard of.
         simulated: Whether no arm of the cell is real.
-        laid: What is laid of a cable, and its tension.
+        facts: What is laid of a cable, and what is certain of the path; empty ones are left out.
     """
     if task is None:
         names = ", ".join(name.replace("_", " ") for name in unheard)
@@ -89,8 +89,8 @@ def headline(
     )
     obstruction = _arms_obstruction(arms, simulated)
     detail = obstruction or task.reason
-    if laid and is_seen:
-        detail = f"{laid}; {detail}" if detail else laid
+    if is_seen:
+        detail = "; ".join(filter(None, (*facts, detail)))
     match task.state:
         case messages.RUNNING:
             text = "Held" if obstruction else "Running"
@@ -121,6 +121,14 @@ def laid(task: TaskState, held: Sequence[str], limit: float | None) -> str:
     """
     text = f"{len(held)} of {len(clip_names(task.goal.route))} clips laid"
     return text if limit is None else f"{text}, tension {task.tension:.2f} of {limit:g} N"
+
+
+def certain(path: Path | None) -> str:
+    """Clearance that a path keeps with a probability of 99 %; empty where it is the path's own."""
+    if path is None or not path.reached or path.certain_clearance >= path.clearance:
+        return ""
+    certain, planned = map(format_millimeters, (path.certain_clearance, path.clearance))
+    return f"the path keeps {planned}, with 99 % {certain}"
 
 
 def _arms_obstruction(arms: ArmStates | None, simulated: bool) -> str:

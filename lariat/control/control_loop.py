@@ -51,6 +51,7 @@ class ControlLoop:
             rope.adaptation,
             replanning,
             scenario.rope.node_count,
+            certain_clearance=scenario.control.certain_clearance,
             obstacles_move=bool(scenario.obstacle_motions()),
         )
         self._guard = ClearanceGuard(scenario.rope.diameter / 2.0, scenario.control.clearance)

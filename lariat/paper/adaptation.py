@@ -52,6 +52,8 @@ class PaperAdaptation:
     informs_planner = False
     grip_errors = GripErrors.none()
     """Errors of the grips, which this method does not estimate."""
+    distribution = np.zeros(0), np.zeros((0, 0))
+    """Distribution of the unknowns, of which this method states none."""
 
     def __init__(self, rod: XpbdRod, settings: PaperControl) -> None:
         """Create an adaptation that has learnt nothing.

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lariat.control.estimation.material_filter import MaterialFilter
+from lariat.control.estimation.rope_unknowns import RopeUnknowns
 from lariat.control.run.goals import GoalFactory
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
+from lariat.planning.certain_clearance import drawn_ropes
 from lariat.planning.moving_obstacles import Departure, divided, plan_departure
 from lariat.planning.problem import Problem
 from lariat.planning.rope_model import RopeModel
@@ -53,6 +56,7 @@ def problem_of(
         goal=goal,
         moves=scenario.moves,
         variants=rope.variants,
+        drawn=rope.drawn,
         held=rope.held,
         obstacles=(*(o for o in obstacles if not o.support), *scenario.regions),
         supports=tuple(o for o in obstacles if o.support),
@@ -79,13 +83,17 @@ def arms_of(scenario: Scenario) -> CellArms | None:
 def scenario_problem(scenario: Scenario) -> Problem:
     """Return the problem that the planner solves when a run of the scenario starts.
 
-    Obstacles that move in the run are left out; `scenario_departure` keeps clear of them.
+    Obstacles that move in the run are left out; `scenario_departure` keeps clear of them. A rope
+    that is learned in the run counts as known as little as before it.
 
     Raises:
         ValueError: The rope has no shape at rest at the start or at the goal.
     """
     rope, start = scenario.rope, scenario.start
     model, grips = RopeModel(rope, scenario.moves), scenario.grips(start)
+    if scenario.control.adapt:
+        unknowns, known = RopeUnknowns.of(model.given), MaterialFilter(model.given).distribution
+        model.drawn = drawn_ropes(model.rod, unknowns, *known, seed=scenario.seed)
     state = model.rest_state(grips, None, scenario.bodies, round(start.turns or 0))
     goal = GoalFactory(scenario, model.rod, grips).from_shape(scenario.goal)
     if len(goal.nodes) != rope.node_count:

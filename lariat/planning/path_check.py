@@ -30,18 +30,32 @@ def simulate_path(problem: Problem, grips: Grips) -> tuple[Float64[np.ndarray, "
     Args:
         grips: Grips at the points of the path.
     """
-    actions = np.concatenate([grips.steps() / PATH_PERIOD, np.zeros((SWING_POINTS, 2, 6))])
-    spec = RolloutSpec(
-        problem.state,
-        actions,
-        PATH_PERIOD,
-        substeps=ROD_SUBSTEPS,
-        obstacles=problem.packed_supports,
-    )
-    nodes = problem.rod.rollout(spec).positions
+    nodes = driven(problem, grips, PATH_PERIOD, SWING_POINTS)
     after = nodes[-SWING_POINTS:]
     swing = float(np.max(np.linalg.norm(after - np.mean(after, axis=0), axis=2)))
-    return np.concatenate([problem.state.positions[None], nodes[:-SWING_POINTS]]), swing
+    return nodes[:-SWING_POINTS], swing
+
+
+def driven(
+    problem: Problem,
+    grips: Grips,
+    dt: float,
+    points_after: int = 0,
+    substeps: int = ROD_SUBSTEPS,
+) -> Float64[np.ndarray, "k n 3"]:
+    """Return the nodes along a timed path and at as many points after it, dynamics included [m].
+
+    Args:
+        grips: Grips at the points of the path.
+        dt: Time between two of them [s].
+    """
+    actions = np.concatenate([grips.steps() / dt, np.zeros((points_after, 2, 6))])
+    nodes = problem.rod.rollout(
+        RolloutSpec(
+            problem.state, actions, dt, substeps=substeps, obstacles=problem.packed_supports
+        )
+    ).positions
+    return np.concatenate([problem.state.positions[None], nodes])
 
 
 def path_clearance(problem: Problem, grips: Grips, nodes: Float64[np.ndarray, "k n 3"]) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +32,16 @@ PATH_PERIOD = SETPOINT_PERIOD * NANOSECONDS
 """Time between points of a path [s]."""
 UNMOVED = Pose(np.zeros(3), poses.IDENTITY)
 """Pose of an end that its grip holds where it seems to."""
+
+
+@dataclass(frozen=True)
+class DrawnRope:
+    """Rope and grips, drawn from what is known of them."""
+
+    rod: Rod
+    """Rod with drawn properties."""
+    held: tuple[Pose, Pose]
+    """Poses of its ends in the frames of the grippers: left, right."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +78,8 @@ class Problem:
     """Angle of the ends from such a goal at which it is reached [rad]."""
     variants: tuple[Rod, ...] = ()
     """Rods with one identified property off by its standard deviation each."""
+    drawn: tuple[DrawnRope, ...] = ()
+    """Ropes drawn from what is known of the present one; none where all is known."""
     held: tuple[Pose, Pose] = (UNMOVED, UNMOVED)
     """Poses of the rope's ends in the frames of the grippers: left, right."""
     pace: float = 1.0
@@ -125,10 +138,11 @@ class Problem:
 
     def grippers(self, ends: Grips) -> Grips:
         """Return the poses of the grippers that hold the rope's ends at poses."""
-        back = [end.inverse() for end in self.held]
-        arms = poses.rotate(ends.orientations, np.array([pose.position for pose in back]))
-        turns = np.array([pose.orientation for pose in back])
-        return Grips(ends.positions + arms, poses.multiply(ends.orientations, turns))
+        return _beside(ends, [end.inverse() for end in self.held])
+
+    def ends(self, grippers: Grips) -> Grips:
+        """Return the poses of the rope's ends that grippers at poses hold."""
+        return _beside(grippers, self.held)
 
     def gripper_points(self, ends: Grips) -> Float64[np.ndarray, "k 6 3"]:
         """Return points on the axes of the grippers that hold the ends (`gripper_points`) [m]."""
@@ -177,6 +191,13 @@ class Problem:
 def grip_distance(grips: tuple[Pose, Pose]) -> float:
     """Return the distance between two grips [m]."""
     return float(np.linalg.norm(grips[1].position - grips[0].position))
+
+
+def _beside(grips: Grips, frames: Sequence[Pose]) -> Grips:
+    """Poses that are given in the frames of both grips."""
+    arms = poses.rotate(grips.orientations, np.array([pose.position for pose in frames]))
+    turns = np.array([pose.orientation for pose in frames])
+    return Grips(grips.positions + arms, poses.multiply(grips.orientations, turns))
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float64
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, has_friction, pack_supports
 from lariat.geometry.poses import Pose
-from lariat.planning.problem import UNMOVED
+from lariat.planning.problem import UNMOVED, DrawnRope
 from lariat.rod import Rod, RodProperties, RodState, add_turns, count_turns_along, state_along
 from lariat.rod.part_fit import fit_part
 from lariat.scenario.rod_properties import rod_properties
@@ -45,6 +45,8 @@ class RopeModel:
         """Rod with the best known properties."""
         self.variants: tuple[Rod, ...] = ()
         """Rods with one identified property off by its standard deviation each."""
+        self.drawn: tuple[DrawnRope, ...] = ()
+        """Ropes drawn from what is known of the present one; none where all is known."""
         self.held = (UNMOVED, UNMOVED)
         """Poses of the rope's ends in the frames of the grips. Paths are planned for the ends."""
         self._set: Float64[np.ndarray, "b l 3"] | None = None
@@ -55,6 +57,7 @@ class RopeModel:
         properties: RodProperties,
         unsure: Sequence[RodProperties],
         ends_in_grips: tuple[Pose, Pose],
+        drawn: tuple[DrawnRope, ...] = (),
     ) -> None:
         """Take what has been identified.
 
@@ -62,9 +65,10 @@ class RopeModel:
             properties: Properties of the rope.
             unsure: The same with one property off by its standard deviation each.
             ends_in_grips: Poses of the rope's ends in the frames of the grips.
+            drawn: Ropes drawn from what is known.
         """
         self.rod = self.rod.with_properties(properties)
-        self.held = ends_in_grips
+        self.held, self.drawn = ends_in_grips, drawn
         self.variants = tuple(self.rod.with_properties(p) for p in unsure)
 
     def take_set(self, kept: Float64[np.ndarray, "k"]) -> None:

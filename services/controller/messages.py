@@ -163,6 +163,7 @@ def path_offer(path: Path) -> PathOffer:
         path.motion_run_started,
         path.start_after,
         path.start_before,
+        path.certain_clearance,
         partial(reference_trajectory, path),
     )
 
@@ -218,6 +219,10 @@ def parameters_message(
             single = {name: estimate(of) for name, of in scalars.items()}
             several = {name: [estimate(of) for of in row] for name, row in profiles.items()}
             message.rod.CopyFrom(RodParameters(**single, **several))
+            if adapts:
+                mean, covariance = adaptation.distribution
+                message.unknowns.extend(mean)
+                message.covariance.extend(covariance[np.tril_indices(len(mean))])
         case "xpbd":
             values = {name: of.value for name, of in scalars.items()}
             message.xpbd.CopyFrom(XpbdParameters(**values))

@@ -8,6 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from lariat.control.estimation.rope_unknowns import RopeUnknowns
+from lariat.planning.certain_clearance import drawn_ropes
+from lariat.planning.problem import DrawnRope
 from lariat.planning.rope_model import RopeModel
 from lariat.rod import RodProperties
 from lariat.rope_parameters import MATERIAL
@@ -35,7 +38,17 @@ def update(rope: RopeModel, parameters: Parameters) -> None:
     except ValueError as error:
         log.warning("identified properties are not used: %s", error)
         return
-    rope.update(properties, unsure, held_ends(learnt))
+    rope.update(properties, unsure, held_ends(learnt), _drawn(rope, parameters))
+
+
+def _drawn(rope: RopeModel, parameters: Parameters) -> tuple[DrawnRope, ...]:
+    """Ropes drawn from the distribution of the unknowns; none where another method states it."""
+    unknowns, mean = RopeUnknowns.of(rope.given), np.array(parameters.unknowns)
+    if len(mean) != unknowns.count:
+        return ()
+    covariance = np.zeros((len(mean), len(mean)))
+    covariance[np.tril_indices(len(mean))] = parameters.covariance
+    return drawn_ropes(rope.rod, unknowns, mean, covariance, abs(parameters.stamp))
 
 
 def is_learnt(parameters: RodParameters) -> bool:

@@ -13,9 +13,10 @@ from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.planning import whole_path
 from lariat.planning.cell_problem import arms_of, problem_of
+from lariat.planning.certain_clearance import certain_clearance
 from lariat.planning.extension import ExtensionPlanner
 from lariat.planning.moving_obstacles import divided, plan_departure
-from lariat.planning.problem import WholePath
+from lariat.planning.problem import Problem, WholePath
 from lariat.planning.rope_model import RopeModel
 from lariat.scenario import SIDES, Goal, Scenario
 from lariat.scenario.extensions import extension
@@ -235,10 +236,10 @@ class PlannerService:
             pace=task.pace if task.pace else 1.0,
         )
         if not moving:
-            _write_path(message, self._find(problem).of_grippers(problem))
+            _write_path(message, problem, self._find(problem))
             return message
         chosen = plan_departure(problem, moving, departure, self._find)
-        _write_path(message, chosen.path.of_grippers(problem))
+        _write_path(message, problem, chosen.path)
         message.start_after = round(chosen.after / NANOSECONDS)
         message.start_before = round(chosen.before / NANOSECONDS)
         return message
@@ -262,8 +263,10 @@ def build(scenario: Scenario, session: str) -> PlannerService:
     return PlannerService(scenario)
 
 
-def _write_path(message: Path, path: WholePath) -> None:
-    """Write a path into its message."""
+def _write_path(message: Path, problem: Problem, path: WholePath) -> None:
+    """Write a path of the rope's ends into the message of the grippers' path."""
+    message.certain_clearance = certain_clearance(problem, path)
+    path = path.of_grippers(problem)
     message.reached, message.reason = path.reached, path.reason
     message.blocked = path.blocked
     message.dt = round(path.dt * SECOND)

@@ -8,7 +8,7 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class Path(_message.Message):
-    __slots__ = ("stamp", "goal_revision", "scene_revision", "replan_count", "reached", "reason", "dt", "left_positions", "left_orientations", "right_positions", "right_orientations", "nodes", "node_count", "final_error", "clearance", "bending_stiffness", "blocked", "others_revision", "motion_run_started", "start_after", "start_before")
+    __slots__ = ("stamp", "goal_revision", "scene_revision", "replan_count", "reached", "reason", "dt", "left_positions", "left_orientations", "right_positions", "right_orientations", "nodes", "node_count", "final_error", "clearance", "bending_stiffness", "blocked", "others_revision", "motion_run_started", "start_after", "start_before", "certain_clearance")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     GOAL_REVISION_FIELD_NUMBER: _ClassVar[int]
     SCENE_REVISION_FIELD_NUMBER: _ClassVar[int]
@@ -30,6 +30,7 @@ class Path(_message.Message):
     MOTION_RUN_STARTED_FIELD_NUMBER: _ClassVar[int]
     START_AFTER_FIELD_NUMBER: _ClassVar[int]
     START_BEFORE_FIELD_NUMBER: _ClassVar[int]
+    CERTAIN_CLEARANCE_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     goal_revision: int
     scene_revision: int
@@ -51,7 +52,8 @@ class Path(_message.Message):
     motion_run_started: int
     start_after: int
     start_before: int
-    def __init__(self, stamp: _Optional[int] = ..., goal_revision: _Optional[int] = ..., scene_revision: _Optional[int] = ..., replan_count: _Optional[int] = ..., reached: _Optional[bool] = ..., reason: _Optional[str] = ..., dt: _Optional[int] = ..., left_positions: _Optional[_Iterable[float]] = ..., left_orientations: _Optional[_Iterable[float]] = ..., right_positions: _Optional[_Iterable[float]] = ..., right_orientations: _Optional[_Iterable[float]] = ..., nodes: _Optional[_Iterable[float]] = ..., node_count: _Optional[int] = ..., final_error: _Optional[float] = ..., clearance: _Optional[float] = ..., bending_stiffness: _Optional[float] = ..., blocked: _Optional[bool] = ..., others_revision: _Optional[int] = ..., motion_run_started: _Optional[int] = ..., start_after: _Optional[int] = ..., start_before: _Optional[int] = ...) -> None: ...
+    certain_clearance: float
+    def __init__(self, stamp: _Optional[int] = ..., goal_revision: _Optional[int] = ..., scene_revision: _Optional[int] = ..., replan_count: _Optional[int] = ..., reached: _Optional[bool] = ..., reason: _Optional[str] = ..., dt: _Optional[int] = ..., left_positions: _Optional[_Iterable[float]] = ..., left_orientations: _Optional[_Iterable[float]] = ..., right_positions: _Optional[_Iterable[float]] = ..., right_orientations: _Optional[_Iterable[float]] = ..., nodes: _Optional[_Iterable[float]] = ..., node_count: _Optional[int] = ..., final_error: _Optional[float] = ..., clearance: _Optional[float] = ..., bending_stiffness: _Optional[float] = ..., blocked: _Optional[bool] = ..., others_revision: _Optional[int] = ..., motion_run_started: _Optional[int] = ..., start_after: _Optional[int] = ..., start_before: _Optional[int] = ..., certain_clearance: _Optional[float] = ...) -> None: ...
 
 class Plan(_message.Message):
     __slots__ = ("stamp", "dt", "node_count", "nodes", "cost", "iterations")
@@ -125,18 +127,22 @@ class XpbdParameters(_message.Message):
     def __init__(self, mass: _Optional[float] = ..., inertia: _Optional[float] = ..., linear_damping: _Optional[float] = ..., angular_damping: _Optional[float] = ..., bending_compliance: _Optional[float] = ...) -> None: ...
 
 class Parameters(_message.Message):
-    __slots__ = ("stamp", "prediction_error", "rod", "xpbd", "plastic_curvature")
+    __slots__ = ("stamp", "prediction_error", "rod", "xpbd", "plastic_curvature", "unknowns", "covariance")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     PREDICTION_ERROR_FIELD_NUMBER: _ClassVar[int]
     ROD_FIELD_NUMBER: _ClassVar[int]
     XPBD_FIELD_NUMBER: _ClassVar[int]
     PLASTIC_CURVATURE_FIELD_NUMBER: _ClassVar[int]
+    UNKNOWNS_FIELD_NUMBER: _ClassVar[int]
+    COVARIANCE_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     prediction_error: float
     rod: RodParameters
     xpbd: XpbdParameters
     plastic_curvature: _containers.RepeatedScalarFieldContainer[float]
-    def __init__(self, stamp: _Optional[int] = ..., prediction_error: _Optional[float] = ..., rod: _Optional[_Union[RodParameters, _Mapping]] = ..., xpbd: _Optional[_Union[XpbdParameters, _Mapping]] = ..., plastic_curvature: _Optional[_Iterable[float]] = ...) -> None: ...
+    unknowns: _containers.RepeatedScalarFieldContainer[float]
+    covariance: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, stamp: _Optional[int] = ..., prediction_error: _Optional[float] = ..., rod: _Optional[_Union[RodParameters, _Mapping]] = ..., xpbd: _Optional[_Union[XpbdParameters, _Mapping]] = ..., plastic_curvature: _Optional[_Iterable[float]] = ..., unknowns: _Optional[_Iterable[float]] = ..., covariance: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class RunResult(_message.Message):
     __slots__ = ("stamp", "run", "reached", "duration", "error", "max_node_error", "min_clearance", "replans", "reason", "reason_code", "angle_error", "slow_pauses")

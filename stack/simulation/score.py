@@ -34,6 +34,8 @@ class Score:
     the rope is shifted along itself."""
     min_clearance_mm: float | None
     """Least distance between the surfaces of rope and obstacles."""
+    certain_clearance_mm: float | None
+    """Clearance that the last path keeps with a probability of 99 %, as it was planned."""
     min_distractor_clearance_mm: float | None
     """Least distance between the surfaces of rope and distractors, through which it passes."""
     clips_held: list[str] | None
@@ -93,6 +95,7 @@ def score_of(
         final_angle_rad=None if scorer.final_angle is None else round(scorer.final_angle, 5),
         final_shape_error_mm=_mm(scorer.final_shape_error),
         min_clearance_mm=_mm(scorer.min_clearance),
+        certain_clearance_mm=_mm(scorer.certain_clearance),
         min_distractor_clearance_mm=_mm(scorer.min_distractor_clearance),
         clips_held=scorer.clips_held,
         max_tension_n=round(scorer.max_tension, 4) or None,

@@ -53,6 +53,8 @@ class Scorer:
     """Stamp of the newest true rope [ns]."""
     min_distractor_clearance: float = np.inf
     """Least distance between the surfaces of rope and distractors [m]."""
+    certain_clearance: float = np.nan
+    """Clearance that the newest path keeps with a probability of 99 % [m]."""
     max_tension: float = 0.0
     """Largest tension of the true rope [N]."""
     length_error: float = 0.0
@@ -128,6 +130,8 @@ class Scorer:
                     nodes = chain(message.positions)
                     seen = np.array(message.observed or [True] * len(nodes))
                     self.sensing_error.take_seen(message.stamp, nodes, seen)
+            case topics.CONTROLLER_PATH.key:
+                self.certain_clearance = delivery.parse().certain_clearance
             case topics.CONTROLLER_PLAN.key:
                 self.horizon_error.take_plan(delivery.parse())
             case topics.CONTROLLER_PARAMETERS.key:

@@ -33,6 +33,18 @@ def test_a_plan_is_part_of_the_check(capsys: pytest.CaptureFixture[str]) -> None
     assert found["final_error_mm"] < 0.5
 
 
+def test_plan_says_what_is_certain_of_its_clearance_where_the_rope_is_to_be_learned(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    known = check.planned(load_with("three-cylinders", ()))
+    assert known["certain_clearance_mm"] == known["clearance_mm"]
+    assert check.main(Path("three-cylinders"), plan=True, set=("control.adapt=true",)) == 0
+    pattern = r"([\d.]+) mm from obstacles, with 99 % (-?[\d.]+) mm\s"
+    words = re.search(pattern, capsys.readouterr().out)
+    assert words is not None
+    assert float(words[2]) < float(words[1]) - 5.0
+
+
 def test_check_tells_how_far_a_goal_is_from_a_rest_shape(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

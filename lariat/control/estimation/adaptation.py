@@ -67,6 +67,11 @@ class Adaptation(Protocol):
         """Estimates that have several values along the rope, by name."""
         ...
 
+    @property
+    def distribution(self) -> tuple[Float64[np.ndarray, "P"], Float64[np.ndarray, "P P"]]:
+        """Means and covariance of the unknowns of `RopeUnknowns`; empty where there are others."""
+        ...
+
     def update(
         self, estimator: StateEstimator, rope: RopeObservation
     ) -> Float64[np.ndarray, "n 3"] | None:

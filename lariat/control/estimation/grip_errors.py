@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
+from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState
 
 
@@ -28,6 +29,12 @@ class GripErrors:
     def none(cls) -> GripErrors:
         """Return exact grips."""
         return cls(np.zeros((2, 3)), np.zeros((2, 3)))
+
+    @property
+    def ends(self) -> tuple[Pose, Pose]:
+        """Return the poses of the rope's ends in the frames of the grips: left, right."""
+        left, right = map(Pose, self.offsets, poses.exponential(self.rotations))
+        return left, right
 
     def held(self, grips: MotionState) -> MotionState:
         """Return the motion of the rope's ends; their accelerations are those of the grips.

@@ -88,7 +88,8 @@ class MaterialFilter:
             [name for name, at in self._unknowns.groups.items() if self._by_history[at].all()]
         )
         self._updated: int | None = None
-        self._stated: Float64[np.ndarray, "P"] | None = None
+        self._stated: Float64[np.ndarray, "P P"] | None = None
+        """Covariance of the unknowns as of the last update; None until it is asked for."""
         self.settled = False
         """Whether the last update has hardly changed the rope."""
         self._converged = False
@@ -280,11 +281,16 @@ class MaterialFilter:
         )
         return covariance
 
+    @property
+    def distribution(self) -> tuple[Float64[np.ndarray, "P"], Float64[np.ndarray, "P P"]]:
+        """Means and covariance of the unknowns that the rope's properties have."""
+        if self._stated is None:
+            self._stated = self._covariance()
+        return self._applied, self._stated
+
     def _deviations(self) -> Float64[np.ndarray, "P"]:
         """Standard deviations of the unknowns, as of the last update."""
-        if self._stated is None:
-            self._stated = np.sqrt(np.diag(self._covariance()))
-        return self._stated
+        return np.sqrt(np.diag(self.distribution[1]))
 
     def _model_error(self, estimator: StateEstimator) -> float:
         """Error of the model, noise apart; it is the same one in shapes that are alike [m]."""

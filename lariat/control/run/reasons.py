@@ -41,6 +41,7 @@ class ReasonCode(Enum):
     COMING_TO_REST = auto()
     WAITING_FOR_PATH = auto()
     PATH_OUTDATED = auto()
+    CLEARANCE_UNCERTAIN = auto()
     PATH_STARTS_ELSEWHERE = auto()
     WAITING_FOR_OBSTACLE = auto()
     DEPARTURE_MISSED = auto()
@@ -102,6 +103,10 @@ TEXTS: Mapping[ReasonCode, str] = {
     ReasonCode.COMING_TO_REST: "coming to rest before another path",
     ReasonCode.WAITING_FOR_PATH: "waiting for a path",
     ReasonCode.PATH_OUTDATED: "the rope has turned out to be another one; waiting for a path",
+    ReasonCode.CLEARANCE_UNCERTAIN: (
+        "with a probability of 99 % the path keeps only {certain_mm:.1f} mm from obstacles "
+        "(control.certain_clearance = {limit_mm:g} mm)"
+    ),
     ReasonCode.PATH_STARTS_ELSEWHERE: "the path begins elsewhere; waiting for another",
     ReasonCode.WAITING_FOR_OBSTACLE: "waiting {seconds:.1f} s for a moving obstacle to pass",
     ReasonCode.DEPARTURE_MISSED: "too late to pass a moving obstacle; waiting for another path",

@@ -53,6 +53,8 @@ class PathOffer:
     """Time from which it may begin [ns]; 0: at once."""
     start_before: int
     """Time until which it has to begin [ns]; 0: at any time."""
+    certain_clearance: float
+    """Clearance that it keeps with a probability of 99 % [m]."""
     trajectory: Callable[[], ReferenceTrajectory]
     """Its points, converted only when they are asked for."""
 
@@ -67,16 +69,21 @@ class PathChoice:
         replanning: Replanning,
         node_count: int,
         *,
+        certain_clearance: float | None = None,
         obstacles_move: bool = False,
     ) -> None:
         """Choose the paths of one task.
 
         Args:
+            certain_clearance: Clearance that a path has to keep with a probability of 99 % [m].
             obstacles_move: Whether obstacles move, so that a path has to know the run's motions.
         """
         self._task, self._adaptation, self._replanning = task, adaptation, replanning
         self._node_count, self._obstacles_move = node_count, obstacles_move
+        self._least = -math.inf if certain_clearance is None else certain_clearance
         self._planned_stiffness = adaptation.bending_stiffness
+        self._learning_until = 0
+        """Time until which a run has waited for the rope to be learnt [ns]."""
         self._followed: tuple[int, int] | None = None
         self._retried_run = ""
         """Run for which a refusal older than itself was answered with another request."""
@@ -111,11 +118,30 @@ class PathChoice:
             task.apply(RunEvent.GIVE_UP, ReasonCode.NO_PATH, answer=offer.answer)
             return task.reason
         if self._learning(now):
+            self._learning_until = now
             return Reason(ReasonCode.LEARNING_MATERIAL)
         changed = self._material_changed_since(offer.bending_stiffness)
         if changed and self._replanning.request(Cause.MATERIAL):
             return Reason(ReasonCode.PATH_OUTDATED)
-        return None
+        return self._uncertain(offer)
+
+    def _uncertain(self, offer: PathOffer) -> Reason | None:
+        """Reason not to follow a path that may come too near to an obstacle; None if it will do.
+
+        Requests one for the rope as it is known since, a few more careful ones, then gives up.
+        """
+        lack = self._least - offer.certain_clearance
+        if lack <= 0.0:
+            return None
+        detail = {"certain_mm": 1e3 * offer.certain_clearance, "limit_mm": 1e3 * self._least}
+        reason = Reason(ReasonCode.CLEARANCE_UNCERTAIN, detail)
+        if offer.stamp < max(self._learning_until, self._task.run_started):
+            self._task.request_path()
+            return reason
+        if self._replanning.request_careful(Cause.UNCERTAIN, 0.0, lack):
+            return reason
+        self._task.apply(RunEvent.GIVE_UP, ReasonCode.NO_PATH, answer=str(reason))
+        return self._task.reason
 
     def _answers(self, offer: PathOffer) -> bool:
         """Whether a path is for this rope, the latest request, and this run's moving obstacles."""

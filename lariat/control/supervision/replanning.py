@@ -34,6 +34,8 @@ class Cause(Enum):
     """The rope came too near to an obstacle."""
     UNFORESEEN = auto()
     """Predictions were wrong."""
+    UNCERTAIN = auto()
+    """The path may come too near to an obstacle."""
     SNAG = auto()
     """The rope stays behind.
 
@@ -48,6 +50,7 @@ MAX_REPLANS: Mapping[Cause, int] = {
     Cause.UNFOLLOWED: 3,
     Cause.CONTACT: 4,
     Cause.UNFORESEEN: 2,
+    Cause.UNCERTAIN: 3,
     Cause.SNAG: 1,
 }
 """Paths that are requested for each cause in one run."""
@@ -78,11 +81,12 @@ class Replanning:
         self._task.request_path()
         return True
 
-    def request_careful(self, cause: Cause, deviation: float) -> bool:
+    def request_careful(self, cause: Cause, deviation: float, lack: float = 0.0) -> bool:
         """Request a path with more clearance and less speed.
 
         Args:
             deviation: Error of the predictions so far [m].
+            lack: Clearance that the path before it lacks [m].
 
         Returns:
             Whether it is requested; False where those of the cause are used up.
@@ -91,7 +95,7 @@ class Replanning:
             return False
         task = self._task
         unsure = MARGIN_DEVIATIONS * max(deviation - USUAL_DEVIATION, 0.0)
-        margin = max(task.clearance_margin + MARGIN_STEP, unsure)
+        margin = max(task.clearance_margin + max(lack, MARGIN_STEP), unsure)
         task.clearance_margin = min(margin, MAX_MARGIN)
         task.pace = min(task.pace, max(SLOWDOWN * task.pace, MIN_PACE))
         return True

@@ -69,6 +69,9 @@ class Control:
     """Whether the rope's material is estimated during the run; with `xpbd` by eq. (15)."""
     clearance: Annotated[float, Bounds(0.0, 0.2, "m")] = 0.012
     """Desired distance of the rope's surface from obstacles that are no supports."""
+    certain_clearance: Annotated[float, Bounds(-0.2, 0.2, "m")] | None = None
+    """Clearance that a path keeps with a probability of 99 %, for a rope that is known in part, or
+    it is not followed: three slower ones with more room are asked for; by default any will do."""
     pace: Annotated[float, Bounds(0.1, 1.0)] = 1.0
     """Share of the usual limits that planned paths use."""
     horizon: Annotated[int, Bounds(1, 100)] = 5

@@ -14,6 +14,7 @@ from shared.messages import (
     ArmStates,
     Goal,
     NodeChain,
+    Path,
     TaskState,
 )
 
@@ -49,10 +50,18 @@ def test_detail_says_what_is_laid_and_how_much_the_cable_is_pulled() -> None:
     )
     assert status_text.laid(state, ["a"], None) == "1 of 2 clips laid"
     laid = status_text.laid(state, ["a"], 2.0)
-    line = status_text.headline(state, 0.1, ARMED, laid=laid)
+    facts = laid, status_text.certain(None)
+    line = status_text.headline(state, 0.1, ARMED, facts=facts)
     assert line.detail == "1 of 2 clips laid, tension 0.14 of 2 N; started"
-    lost = status_text.headline(state, 0.1, ARMED, NodeChain(lost="too few pixels"), laid=laid)
+    lost = status_text.headline(state, 0.1, ARMED, NodeChain(lost="too few pixels"), facts=facts)
     assert lost.detail == "started"
+
+
+def test_what_is_certain_of_a_path_is_said_where_it_is_less_than_planned() -> None:
+    path = Path(reached=True, clearance=0.0131, certain_clearance=0.0048)
+    assert status_text.certain(path) == "the path keeps 13.1 mm, with 99 % 4.8 mm"
+    assert status_text.certain(Path(reached=True, clearance=0.01, certain_clearance=0.01)) == ""
+    assert status_text.certain(Path(clearance=0.0131, certain_clearance=0.0048)) == ""
 
 
 def test_headline_of_a_silent_controller_does_not_repeat_its_last_state() -> None:

@@ -4,7 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from services.planner.parameter_update import is_learnt, unsure_properties, updated_properties
+from lariat.control.estimation.material_filter import MaterialFilter
+from lariat.control.estimation.rope_unknowns import RopeUnknowns
+from lariat.planning.certain_clearance import DRAWS
+from lariat.planning.rope_model import RopeModel
+from lariat.scenario import load
+from lariat.trajectory import SECOND
+from services.controller.messages import parameters_message
+from services.planner.parameter_update import (
+    is_learnt,
+    unsure_properties,
+    update,
+    updated_properties,
+)
 from shared.messages import Estimate, RodParameters
 from tests.services.controller.cell import PROPERTIES
 
@@ -61,3 +73,29 @@ def test_unsure_properties_are_off_by_one_standard_deviation_each() -> None:
     assert only == stiffer
     given = RodParameters(bending_stiffness=Estimate(value=stiffness))
     assert unsure_properties(PROPERTIES, given) == []
+
+
+def test_ropes_are_drawn_from_what_the_filter_states_of_rope_and_grips() -> None:
+    scenario = load("three-cylinders")
+    rope = RopeModel(scenario.rope, scenario.moves)
+    learnt_by = MaterialFilter(rope.given)
+    _, covariance = learnt_by.distribution
+    message = parameters_message(learnt_by, SECOND, 0.0, adapts=True)
+    update(rope, message)
+    assert len(rope.drawn) == DRAWS
+    groups = RopeUnknowns.of(rope.given).groups
+    lengths = np.log([drawn.rod.properties.length / rope.given.length for drawn in rope.drawn])
+    offsets = np.array([drawn.held[1].position for drawn in rope.drawn])
+    stated = np.sqrt(np.diag(covariance))
+    np.testing.assert_allclose(np.std(lengths), stated[groups["length"]], rtol=0.25)
+    np.testing.assert_allclose(
+        np.std(offsets, axis=0), stated[groups["grip_offset"]][3:], rtol=0.25
+    )
+    update(rope, parameters_message(learnt_by, 2 * SECOND, 0.0, adapts=True))
+    # Another path has other ropes: all of them cannot be wrong together.
+    assert not np.any(np.isclose(offsets, [drawn.held[1].position for drawn in rope.drawn]))
+    given = parameters_message(learnt_by, SECOND, 0.0, adapts=False)
+    assert not given.unknowns
+    del message.unknowns[:]
+    update(rope, message)
+    assert rope.drawn == ()

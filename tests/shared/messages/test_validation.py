@@ -194,6 +194,11 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
         ),
         (
             topics.CONTROLLER_PARAMETERS,
+            Parameters(unknowns=[0.0] * 3, covariance=[0.0] * 9),
+            "covariance has 9 values; it takes 6",
+        ),
+        (
+            topics.CONTROLLER_PARAMETERS,
             Parameters(rod=RodParameters(length=Estimate(value=math.nan))),
             "length = nan",
         ),

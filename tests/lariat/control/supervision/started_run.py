@@ -58,18 +58,21 @@ class Run:
         self.paths = self.choice()
         self.task.start(SECOND)
 
-    def choice(self, *, obstacles_move: bool = False) -> PathChoice:
+    def choice(
+        self, *, obstacles_move: bool = False, certain_clearance: float | None = None
+    ) -> PathChoice:
         return PathChoice(
             self.task,
             self.material,  # pyright: ignore[reportArgumentType]
             self.replanning,
             NODE_COUNT,
+            certain_clearance=certain_clearance,
             obstacles_move=obstacles_move,
         )
 
     def offer(self, **changes: object) -> PathOffer:
         asked = self.task.goal_revision, self.task.replan_count
-        now = PathOffer(2 * SECOND, *asked, True, "", 1.0, NODE_COUNT, 0, 0, 0, 0, path)
+        now = PathOffer(2 * SECOND, *asked, True, "", 1.0, NODE_COUNT, 0, 0, 0, 0, 0.01, path)
         return replace(now, **changes)
 
 

@@ -60,6 +60,51 @@ def test_path_for_another_material_is_planned_again_twice(run: Run) -> None:
     assert run.paths.review(run.offer(), 2 * SECOND) is None
 
 
+def test_path_that_may_come_too_near_is_not_followed_and_three_more_careful_ones_are_asked_for(
+    run: Run,
+) -> None:
+    paths, asked = run.choice(certain_clearance=0.012), run.task.replan_count
+    margins, paces = [], []
+    for _ in range(3):
+        reason = paths.review(run.offer(certain_clearance=0.007), 2 * SECOND)
+        assert code_of(reason) is ReasonCode.CLEARANCE_UNCERTAIN
+        margins.append(run.task.clearance_margin)
+        paces.append(run.task.pace)
+    np.testing.assert_allclose(margins, [0.005, 0.010, 0.015])
+    np.testing.assert_allclose(paces, [0.6, 0.36, 0.216])
+    assert run.task.replan_count == asked + 3
+    assert paths.review(run.offer(certain_clearance=0.0121), 2 * SECOND) is None
+    assert code_of(paths.review(run.offer(certain_clearance=0.0119), 2 * SECOND)) is (
+        ReasonCode.NO_PATH
+    )
+    assert run.task.state is RunState.FAILED
+    assert "keeps only 11.9 mm" in str(run.task.reason)
+    assert "control.certain_clearance = 12 mm" in str(run.task.reason)
+
+
+def test_clearance_of_a_rope_that_was_not_learnt_yet_is_asked_for_again_without_more_care(
+    run: Run,
+) -> None:
+    paths = run.choice(certain_clearance=0.012)
+    run.task.set("adapt", "true")
+    run.material.settled = False
+    early = run.offer(certain_clearance=0.0)
+    assert code_of(paths.review(early, 3 * SECOND)) is ReasonCode.LEARNING_MATERIAL
+    run.material.settled = True
+    assert code_of(paths.review(early, 3 * SECOND + 1)) is ReasonCode.CLEARANCE_UNCERTAIN
+    assert (run.task.clearance_margin, run.task.pace) == (0.0, 1.0)
+    before_the_run = run.offer(certain_clearance=0.0, stamp=SECOND - 1)
+    run.choice(certain_clearance=0.012).review(before_the_run, 2 * SECOND)
+    assert run.task.clearance_margin == 0.0
+    late = run.offer(certain_clearance=0.0, stamp=3 * SECOND)
+    paths.review(late, 3 * SECOND + 1)
+    assert run.task.clearance_margin == 0.012
+
+
+def test_any_clearance_will_do_where_none_is_asked_for(run: Run) -> None:
+    assert run.paths.review(run.offer(certain_clearance=-0.05), SECOND) is None
+
+
 def test_material_that_the_planner_does_not_know_outdates_no_path(run: Run) -> None:
     run.task.set("adapt", "true")
     run.material.bending_stiffness, run.material.informs_planner = 2.0, False

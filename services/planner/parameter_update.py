@@ -26,8 +26,12 @@ MAX_LOG_STIFFNESS_DEVIATION = 0.7
 known less is learnt first."""
 
 
-def update(rope: RopeModel, parameters: Parameters) -> None:
-    """Give the planner's rope the set and the properties that the controller's model has."""
+def update(rope: RopeModel, parameters: Parameters, draws: bool = False) -> None:
+    """Give the planner's rope the set and the properties that the controller's model has.
+
+    Args:
+        draws: Whether ropes are drawn for the clearance that is certain.
+    """
     rope.take_set(np.asarray(parameters.plastic_curvature, float))
     learnt = parameters.rod
     if not is_learnt(learnt):
@@ -38,7 +42,8 @@ def update(rope: RopeModel, parameters: Parameters) -> None:
     except ValueError as error:
         log.warning("identified properties are not used: %s", error)
         return
-    rope.update(properties, unsure, held_ends(learnt), _drawn(rope, parameters))
+    drawn = _drawn(rope, parameters) if draws else ()
+    rope.update(properties, unsure, held_ends(learnt), drawn)
 
 
 def _drawn(rope: RopeModel, parameters: Parameters) -> tuple[DrawnRope, ...]:

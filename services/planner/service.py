@@ -154,7 +154,8 @@ class PlannerService:
             )
             with self.door.guard("a goal to plan for") as outcome:
                 if parameters is not None:
-                    update(self._rope, parameters.message)
+                    states_certain = self._scenario.control.certain_clearance is not None
+                    update(self._rope, parameters.message, states_certain)
                 beside = other_rope_obstacles(others.message) if others is not None else ()
                 self._path = self._plan(task.message, scene.message, motions, beside, begin, nodes)
             if outcome.refusal:

@@ -70,8 +70,9 @@ class Control:
     clearance: Annotated[float, Bounds(0.0, 0.2, "m")] = 0.012
     """Desired distance of the rope's surface from obstacles that are no supports."""
     certain_clearance: Annotated[float, Bounds(-0.2, 0.2, "m")] | None = None
-    """Clearance that a path keeps with a probability of 99 %, for a rope that is known in part, or
-    it is not followed: three slower ones with more room are asked for; by default any will do."""
+    """Clearance that a path of a rope that is known in part keeps with a probability of 99 %, or it
+    is not followed: three slower ones with more room are asked for. By default that of no path is
+    worked out; with a negative one it is stated, and any will do."""
     pace: Annotated[float, Bounds(0.1, 1.0)] = 1.0
     """Share of the usual limits that planned paths use."""
     horizon: Annotated[int, Bounds(1, 100)] = 5

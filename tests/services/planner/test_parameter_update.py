@@ -82,6 +82,8 @@ def test_ropes_are_drawn_from_what_the_filter_states_of_rope_and_grips() -> None
     _, covariance = learnt_by.distribution
     message = parameters_message(learnt_by, SECOND, 0.0, adapts=True)
     update(rope, message)
+    assert not rope.drawn
+    update(rope, message, draws=True)
     assert len(rope.drawn) == DRAWS
     groups = RopeUnknowns.of(rope.given).groups
     lengths = np.log([drawn.rod.properties.length / rope.given.length for drawn in rope.drawn])
@@ -91,11 +93,11 @@ def test_ropes_are_drawn_from_what_the_filter_states_of_rope_and_grips() -> None
     np.testing.assert_allclose(
         np.std(offsets, axis=0), stated[groups["grip_offset"]][3:], rtol=0.25
     )
-    update(rope, parameters_message(learnt_by, 2 * SECOND, 0.0, adapts=True))
+    update(rope, parameters_message(learnt_by, 2 * SECOND, 0.0, adapts=True), draws=True)
     # Another path has other ropes: all of them cannot be wrong together.
     assert not np.any(np.isclose(offsets, [drawn.held[1].position for drawn in rope.drawn]))
     given = parameters_message(learnt_by, SECOND, 0.0, adapts=False)
     assert not given.unknowns
     del message.unknowns[:]
-    update(rope, message)
+    update(rope, message, draws=True)
     assert rope.drawn == ()

@@ -22,7 +22,6 @@ from lariat.perception.centerline.estimate import CenterlineEstimate
 from lariat.perception.centerline.estimator import CenterlineEstimator
 from lariat.perception.centerline.settings import CenterlineSettings
 from lariat.perception.tracking.centerline_tracker import CenterlineTracker
-from lariat.perception.tracking.wrong_chain import WrongChainModel
 from lariat.simulation.camera.depth_faults import REAL_SENSOR, DepthFaults
 
 WRONG_ERROR, WRONG_SIGMAS = 0.010, 3.0
@@ -147,7 +146,7 @@ def follow(case: Case, seed: int, figures: Figures, faults: DepthFaults | None =
     properties, model = believed(truth)
     settings = CenterlineSettings(rope_color=ROPE_COLOR if case in COLORFUL else None)
     tracker = CenterlineTracker(CenterlineEstimator(VIEW, model, settings), properties, [TABLE])
-    gone, returned, wrong_chain = False, 0.0, WrongChainModel()
+    gone, returned = False, 0.0
     beside = OthersFollower(model.radius, figures.others)
     for number, frame in enumerate(frames_of(truth, case, seed, faults)):
         if not number:
@@ -173,9 +172,8 @@ def follow(case: Case, seed: int, figures: Figures, faults: DepthFaults | None =
             continue
         errors = np.linalg.norm(estimate.positions - frame.nodes, axis=1)
         _count(figures, frame, estimate, errors)
-        features = wrong_chain.features(estimate.inconsistency, round(1e9 * (1.0 + frame.time)))
         off = bool(np.any(errors[frame.visible] > WRONG_ERROR))
-        figures.doubts.append(StatedDoubt(estimate.p_wrong, off, features))
+        figures.doubts.append(StatedDoubt(estimate.p_wrong, off, tracker.wrong_chain.features))
         figures.refused += not off and estimate.p_wrong > MAX_P_WRONG
         if gone and returned and _is_found(frame, estimate, errors):
             figures.found_again.append(frame.time - returned)

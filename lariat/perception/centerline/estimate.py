@@ -14,6 +14,8 @@ standard deviations are large, and the estimate is not used as the next frame's 
 REACH_SIGMAS, REACH_MARGIN = 3.0, 0.008
 """Distance from an expected shape above which something is not the rope: standard deviations [-]
 and margin [m]."""
+VAGUE_SIGMA = 0.01
+"""Largest standard deviation of an expected shape above which the rod at rest tells more [m]."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,11 @@ class ShapePrior:
         """Distance from each position within which the rope is expected [m]."""
         return REACH_SIGMAS * self.sigma + REACH_MARGIN
 
+    @property
+    def vague(self) -> bool:
+        """Whether it allows other ropes to be taken for this one."""
+        return float(np.max(self.sigma)) > VAGUE_SIGMA
+
 
 @dataclass(frozen=True)
 class ChainLength:
@@ -63,8 +70,6 @@ class OtherLine:
     """Columns and rows of its axis, in order, bridged where it was not seen."""
     points: Float64[np.ndarray, "k 3"]
     """Points along its axis [m]."""
-    seen: float
-    """Share of its length that was seen [-]."""
 
 
 @dataclass(frozen=True)
@@ -91,8 +96,6 @@ class CenterlineEstimate:
     rivals: float = 0.0
     """Length of what looks like the rope and may take the place of a seen part, relative to the
     rope's length [-]."""
-    overlap: float = 0.0
-    """Share of the chain that lies on or beside other ropes in the image [-]."""
     others: tuple[OtherLine, ...] = ()
     """Other ropes of its colour in the image."""
     bias: float = 0.0

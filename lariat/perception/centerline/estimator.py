@@ -31,7 +31,7 @@ from lariat.perception.centerline.foreign_strands import strands_beside_chain
 from lariat.perception.centerline.initial_chains import InitialChain, initial_chains
 from lariat.perception.centerline.observation import FrameObserver, Observation
 from lariat.perception.centerline.occlusion import occlusion_uncertainty
-from lariat.perception.centerline.other_lines import join_strands, overlap_of
+from lariat.perception.centerline.other_lines import join_strands
 from lariat.perception.centerline.reprojection_consistency import (
     ReprojectionConsistency,
     reprojection_consistency,
@@ -40,6 +40,9 @@ from lariat.perception.centerline.settings import CenterlineSettings
 
 CHORD_ERROR_SHARE = 0.5
 """Share of the correction from straight edges to a smooth rope that counts as uncertain [-]."""
+AWAY_SIGMAS, AWAY_MARGIN = 1.5, 0.002
+"""Distance from the expected shape above which a node may be another rope's: standard deviations
+[-] and margin [m]."""
 KNOWN_WIDTHS, KNOWN_SHARE = 0.7, 0.9
 """Distance in the image up to which a line lies on a known one [rope widths], and share of its
 points that do from which it is known."""
@@ -107,6 +110,8 @@ class CenterlineEstimator:
         """Best hypothesis, with standard deviations widened by its rivals."""
         s = self.settings.hypotheses
         samples = SegmentSamples(view, self.camera, self.rope, self.settings)
+        # A vague prior allows other ropes to be taken for this one.
+        expected = None if prior is None or prior.vague else prior
         tried: list[tuple[float, float, CenterlineEstimate]] = []
         for start in initial_chains(
             view, self.rope, s.prior_reach, left, right, prior, fallback_prior
@@ -116,17 +121,20 @@ class CenterlineEstimator:
             )
             inconsistency = consistency.inconsistency(unseen) + max(0.0, fitted.misfit - 1.0)
             inconsistency += fitted.rivals / s.tolerated_rivals
-            inconsistency += max(0.0, fitted.overlap - s.clear_overlap) / s.tolerated_overlap
-            if prior is not None and fitted.others:
-                away = np.linalg.norm(fitted.positions - prior.positions, axis=1) > prior.reach
-                inconsistency += float(np.mean(away)) / s.tolerated_away
             missing = max(0.0, unseen - consistency.covered)
+            clear = inconsistency == 0.0 and missing < s.accepted_inconsistency
+            if fitted.others and expected is None and not clear and fallback_prior is not None:
+                expected = fallback_prior()
+            if fitted.others and expected is not None:
+                distance = np.linalg.norm(fitted.positions - expected.positions, axis=1)
+                away = distance > AWAY_SIGMAS * expected.sigma + AWAY_MARGIN
+                inconsistency += float(np.mean(away)) / s.tolerated_away
             # Of two consistent hypotheses, the one that explains more of the image is better.
             tried.append((inconsistency + missing, inconsistency, fitted))
             # Once the first hypothesis has failed, all others are compared before one is accepted.
-            clear = len(tried) == 1 and missing < s.max_missing_share
+            seen = len(tried) == 1 and missing < s.max_missing_share
             followed = prior is not None and start.prior is prior
-            if inconsistency < s.accepted_inconsistency and (clear or followed):
+            if inconsistency < s.accepted_inconsistency and (seen or followed):
                 break
         if not tried:
             return CenterlineEstimate.failed("no rope pixels lie where the rope can be")
@@ -184,8 +192,7 @@ class CenterlineEstimator:
             if not all(_is_known(line, expected_others, view.width) for line in lines):
                 fitted = self._fitted(samples, start, left, right, length, every)
                 beside = strands_beside_chain(view, self.camera, self.rope, fitted, gripped, prior)
-            overlap = overlap_of(fitted.positions, every, self.camera, view.width)
-            fitted = replace(fitted, others=tuple(lines), overlap=overlap)
+            fitted = replace(fitted, others=tuple(lines))
             axes = [line.pixels for line in every]
             consistency = reprojection_consistency(fitted.positions, self.camera, view, axes)
         return replace(fitted, rivals=beside.rivals), consistency, unseen

@@ -108,7 +108,7 @@ def _uncovered(
     shortest = MIN_STRAND_WIDTHS * view.width
     for ridge, points in zip(view.ridges, view.points, strict=True):
         distance = polylines.least_distances(ridge.pixels, dense)
-        for run in _runs(distance > reach):
+        for run in runs(distance > reach):
             wide = np.median(view.width_at(ridge.pixels[run])) > MAX_WIDTHS * view.width
             if run.stop - run.start >= shortest and not wide:
                 yield BesideStrand(ridge.pixels[run], points[run])
@@ -181,8 +181,8 @@ def _is_off(strand: BesideStrand, prior: ShapePrior | None) -> bool:
     return bool(np.median(least - prior.reach[nearest]) > 0.0)
 
 
-def _runs(mask: Bool[np.ndarray, "k"]) -> Iterator[slice]:
-    """Stretches of consecutive true values."""
+def runs(mask: Bool[np.ndarray, "k"]) -> Iterator[slice]:
+    """Yield the stretches of consecutive true values."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         yield slice(start, stop)

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import polylines
-from lariat.geometry.cameras import Camera
 from lariat.perception.centerline.estimate import OtherLine
 from lariat.perception.centerline.foreign_strands import BesideStrand
 from lariat.perception.lines.fragments import EndPose, FragmentEnd
@@ -20,8 +18,6 @@ MAX_STEP = 0.06
 """Distance in space up to which a gap is bridged [m]."""
 DIRECTION_WIDTHS = 3.0
 """Length over which the direction of an end is taken [rope widths]."""
-OVERLAP_WIDTHS = 1.5
-"""Distance of two axes in the image below which two ropes look like one [rope widths]."""
 BRIDGE_POINTS = 12
 """Number of points of a bridge."""
 
@@ -56,25 +52,6 @@ def join_strands(strands: Sequence[BesideStrand], width: float) -> list[OtherLin
     return sorted(lines, key=lambda line: -len(line.pixels))
 
 
-def overlap_of(
-    nodes: Float64[np.ndarray, "n 3"], lines: Sequence[OtherLine], camera: Camera, width: float
-) -> float:
-    """Return the share of a chain that lies on or beside other ropes in the image [-].
-
-    Args:
-        nodes: Nodes of the chain [m].
-        lines: Lines of the other ropes.
-        camera: Camera of the image.
-        width: Width of the ropes [pixels].
-    """
-    dense = camera.project(polylines.resample(nodes, 4 * len(nodes)))[0]
-    near = np.zeros(len(dense), bool)
-    for line in lines:
-        gaps = polylines.least_distances(dense, line.pixels)
-        near |= gaps < OVERLAP_WIDTHS * width
-    return float(np.mean(near))
-
-
 def _follow(
     start: FragmentEnd,
     strands: Sequence[BesideStrand],
@@ -84,7 +61,7 @@ def _follow(
     """Line from an end through all partners; a ring is opened there."""
     pixels: list[np.ndarray] = []
     points: list[np.ndarray] = []
-    seen, end = 0, start
+    end = start
     while end is not None and end[0] not in used:
         k, side = end
         used.add(k)
@@ -94,11 +71,8 @@ def _follow(
             points.append(_bridge(points[-1], strands[k].points[flip]))
         pixels.append(strands[k].pixels[flip])
         points.append(strands[k].points[flip])
-        seen += len(pixels[-1])
         end = partner.get((k, 1 - side))
-    joined = np.concatenate(pixels)
-    length = float(np.sum(np.linalg.norm(np.diff(joined, axis=0), axis=1)))
-    return OtherLine(joined, np.concatenate(points), min(1.0, seen / max(length, 1.0)))
+    return OtherLine(np.concatenate(pixels), np.concatenate(points))
 
 
 def _end_pose(pixels: Float64[np.ndarray, "k 2"], width: float) -> EndPose:

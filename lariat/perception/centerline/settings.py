@@ -61,14 +61,9 @@ class HypothesisSettings:
     tolerated_rivals: float = 0.1
     """Length of rivals of seen parts, relative to the rope's, that corresponds to an inconsistency
     of one."""
-    clear_overlap: float = 0.12
-    """Share of the chain that other ropes may cross in the image without doubt."""
-    tolerated_overlap: float = 0.3
-    """Further share of the chain beside other ropes that corresponds to an inconsistency of one:
-    where they run on top of each other, the image does not tell them apart."""
     tolerated_away: float = 0.1
-    """Share of the nodes out of the reach of the prior that corresponds to an inconsistency of
-    one."""
+    """Share of the nodes away from the expected shape, beside other ropes, that corresponds to an
+    inconsistency of one."""
     prior_reach: float = 0.03
     """Distance from a prior above which a segment does not belong to it [m], in addition to two
     standard deviations of the prior."""

@@ -6,20 +6,24 @@ there; a place through which the camera sees is empty.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
-from lariat.geometry import polylines
+from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
+from lariat.perception.centerline.foreign_strands import runs
 from lariat.perception.rgbd.line_of_sight import Look
 
 POINT_DISTANCE = 0.01
 """Distance of the points of a line [m]."""
 MIN_GRIP_DISTANCE = 0.03
 """Distance of a line from the grips up to which it may be a gripper, and is no other rope [m]."""
+END_MARGIN = 0.001
+"""Distance past the end of a line from which a point is not on it [m]."""
 MIN_RUN_COUNT = 3
 """Number of points below which a remembered part of a line is left out."""
 
@@ -74,24 +78,36 @@ class FollowedRope:
 
     id: int
     """Number that it keeps while it is followed."""
-    parts: list[RopePart] = field(default_factory=list)
-    """Its parts, in no order."""
-    stamps: list[Int64[np.ndarray, "k"]] = field(default_factory=list)
-    """Time at which each point of each part was seen last [ns]."""
+    lines: list[tuple[Float64[np.ndarray, "k 3"], Int64[np.ndarray, "k"]]] = field(
+        default_factory=list
+    )
+    """Points of its lines, in order along each [m], and when each was seen last [ns]."""
+    stamp: int = 0
+    """Time of the newest image [ns]."""
     frames: int = 0
     """Number of images in which it was seen."""
     diameter: float = 0.0
     """Mean diameter in the newest of them [m]."""
 
     @property
+    def parts(self) -> list[RopePart]:
+        """Its lines, cut where what is seen and what is remembered meet."""
+        return [
+            RopePart(points[max(run.start - (not seen), 0) : run.stop + (not seen)], seen)
+            for points, since in self.lines
+            for seen in (True, False)
+            for run in runs((since == self.stamp) == seen)
+        ]
+
+    @property
     def points(self) -> Float64[np.ndarray, "k 3"]:
-        """Points of all its parts [m]."""
-        return np.concatenate([part.points for part in self.parts])
+        """Points of all its lines [m]."""
+        return np.concatenate([points for points, _ in self.lines])
 
     @property
     def length(self) -> float:
-        """Length of all its parts [m]."""
-        return sum(polylines.length(part.points) for part in self.parts)
+        """Length of all its lines [m]."""
+        return sum(polylines.length(points) for points, _ in self.lines)
 
 
 class OtherRopes:
@@ -130,14 +146,14 @@ class OtherRopes:
             lines_of.setdefault(rope.id, []).append(line)
         for rope in self._ropes:
             self._follow(rope, lines_of.get(rope.id, []), look, stamp)
-        self._ropes = [rope for rope in self._ropes if rope.parts]
+        self._ropes = [rope for rope in self._ropes if rope.lines]
         self._revise()
 
     def _rope_of(self, line: Float64[np.ndarray, "k 3"]) -> FollowedRope:
         """Rope that a line belongs to; ropes that it joins become one."""
         s, joined = self.settings, []
         for rope in self._ropes:
-            if not rope.parts:
+            if not rope.lines:
                 continue
             gaps = polylines.point_distances(line, rope.points)
             covered = float(np.mean(np.min(gaps, axis=0) < s.same_distance))
@@ -149,8 +165,7 @@ class OtherRopes:
             self._ropes.append(joined[0])
         first, *others = sorted(joined, key=lambda rope: rope.id)
         for other in others:
-            first.parts += other.parts
-            first.stamps += other.stamps
+            first.lines += other.lines
             first.frames = max(first.frames, other.frames)
             self._ropes.remove(other)
         return first
@@ -162,21 +177,16 @@ class OtherRopes:
         look: Look,
         stamp: int,
     ) -> None:
-        """Replace the parts of a rope by the lines of a frame, and keep those that are hidden."""
-        s = self.settings
-        seen = np.concatenate([np.zeros((0, 3)), *(line.points for line in lines)])
-        parts = [RopePart(line.points, seen=True) for line in lines]
-        stamps = [np.full(len(line.points), stamp) for line in lines]
-        for part, since in zip(rope.parts, rope.stamps, strict=True):
-            sight, age = look(part.points), stamp - since
-            kept = (age < np.where(sight.there, s.max_memory, s.memory)) & ~sight.past
-            if len(seen):
-                gaps = polylines.point_distances(part.points, seen)
-                kept &= np.min(gaps, axis=1) > s.same_distance
-            for run in _runs(kept):
-                parts.append(RopePart(part.points[run], seen=False))
-                stamps.append(since[run])
-        rope.parts, rope.stamps = parts, stamps
+        """Replace the lines of a rope by those of a frame, and keep what is hidden."""
+        s, kept = self.settings, [(n.points, np.full(len(n.points), stamp)) for n in lines]
+        for points, since in rope.lines:
+            sight, age = look(points), stamp - since
+            valid = (age < np.where(sight.there, s.max_memory, s.memory)) & ~sight.past
+            for line in lines:
+                valid &= ~_is_beside(points, line.points, s.same_distance)
+            for run in runs(valid):
+                _add(kept, points[run], since[run], s.same_distance)
+        rope.lines, rope.stamp = kept, stamp
         if lines:
             rope.frames += 1
             measured = float(
@@ -227,12 +237,36 @@ def _distinct(lines: Sequence[SeenLine], s: OtherRopesSettings) -> Iterator[Seen
         yield SeenLine(even, line.diameter)
 
 
-def _runs(kept: Bool[np.ndarray, "k"]) -> Iterator[slice]:
-    """Yield the stretches of enough points that are kept."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], kept.astype(int), [0]])))
-    for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        if stop - start >= MIN_RUN_COUNT:
-            yield slice(start, stop)
+def _is_beside(
+    points: Float64[np.ndarray, "k 3"], line: Float64[np.ndarray, "m 3"], distance: float
+) -> Bool[np.ndarray, "k"]:
+    """Whether points lie within a distance of a line, and not beyond its ends."""
+    gaps = polylines.point_distances(points, line)
+    nearest, beside = np.argmin(gaps, axis=1), np.min(gaps, axis=1) < distance
+    for end, before in ((0, 1), (len(line) - 1, len(line) - 2)):
+        outward = poses.normalized(line[end] - line[before])
+        # A rope that is covered more and more is seen shorter from frame to frame.
+        beside &= (nearest != end) | ((points - line[end]) @ outward < END_MARGIN)
+    return beside
+
+
+def _add(
+    lines: list[tuple[Float64[np.ndarray, "k 3"], Int64[np.ndarray, "k"]]],
+    points: Float64[np.ndarray, "m 3"],
+    since: Int64[np.ndarray, "m"],
+    reach: float,
+) -> None:
+    """Add a remembered piece: to a line that it continues, else alone if it is long enough."""
+    for k, (line, seen) in enumerate(lines):
+        for a, b in itertools.product((1, -1), repeat=2):
+            if np.linalg.norm(line[::a][-1] - points[::b][0]) < reach:
+                lines[k] = (
+                    np.concatenate([line[::a], points[::b]]),
+                    np.concatenate([seen[::a], since[::b]]),
+                )
+                return
+    if len(points) >= MIN_RUN_COUNT:
+        lines.append((points, since))
 
 
 def _moved(one: Float64[np.ndarray, "k 3"], other: Float64[np.ndarray, "m 3"]) -> float:

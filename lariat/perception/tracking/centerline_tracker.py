@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from jaxtyping import Float64, UInt16
@@ -129,7 +130,7 @@ class CenterlineTracker:
         self._rest_failed = False
         self._bias = DepthBias(estimator.camera, bodies)
         self._length = LengthMean()
-        self._wrong_chain = WrongChainModel()
+        self.wrong_chain = WrongChainModel()
         self._others = OtherRopes()
         self._motion = MotionUncertainty()
 
@@ -137,7 +138,7 @@ class CenterlineTracker:
         """Drop the last estimate and the measured length: another rope may be there."""
         self._last = None
         self._length = LengthMean()
-        self._wrong_chain.forget()
+        self.wrong_chain.forget()
         self._others.forget()
 
     def warm_up(self, left: Pose, right: Pose) -> None:
@@ -166,19 +167,22 @@ class CenterlineTracker:
             left,
             right,
             prior,
-            lambda: self._shape_at_rest(left, right),
+            cache(lambda: self._shape_at_rest(left, right)),
             bias,
             self._length.now(),
             self._expected_others(),
         )
         self._length.take(estimate.length_ratio)
-        count = self._estimator.rope.node_count
-        added, wrong = self._motion.take((left, right), count, stamp), 0.0
+        rope, wrong = self._estimator.rope, 0.0
+        unseen = 1.0 - float(np.mean(estimate.observed)) if estimate.others else 0.0
+        added = self._motion.take((left, right), rope.node_count, stamp, unseen * rope.length)
         if not estimate.lost:
             self.adopt(_continued(estimate, prior), left, right, stamp)
-            wrong = self._wrong_chain.take(estimate.inconsistency, stamp)
+            if prior is None:
+                self.wrong_chain.forget()
+            wrong = self.wrong_chain.take(estimate.inconsistency, stamp)
         # Beside a chain that may lie on another rope, ours would be taken for the other one.
-        sure, diameter = wrong < MAX_LEARNT_P_WRONG, 2.0 * self._estimator.rope.radius
+        sure, diameter = wrong < MAX_LEARNT_P_WRONG, 2.0 * rope.radius
         lines = [
             SeenLine(line.points, diameter)
             for line in estimate.others
@@ -194,10 +198,10 @@ class CenterlineTracker:
     def _expected_others(self) -> list[OtherLine]:
         """Lines of the other ropes where they were seen last."""
         lines = []
-        for part in (part for rope in self._others.ropes for part in rope.parts):
-            count = max(2, round(polylines.length(part.points) / KNOWN_POINT_DISTANCE))
-            points = polylines.resample(part.points, count)
-            lines.append(OtherLine(self.camera.project(points)[0], points, 0.0))
+        for line, _ in (line for rope in self._others.ropes for line in rope.lines):
+            count = max(2, round(polylines.length(line) / KNOWN_POINT_DISTANCE))
+            points = polylines.resample(line, count)
+            lines.append(OtherLine(self.camera.project(points)[0], points))
         return lines
 
     def _look(self, points: Float64[np.ndarray, "k 3"], depth: UInt16[np.ndarray, "h w"]) -> Sight:

@@ -17,7 +17,7 @@ MAX_INCONSISTENCY = 1.0
 """Inconsistency above which a chain is as wrong as it can be [-]."""
 LEAST_INCONSISTENCY = 0.02
 """Inconsistency that noise makes [-]."""
-COEFFICIENTS = (-1.219, 0.242, 1.124)
+COEFFICIENTS = (1.28, 1.332, 0.801)
 """Intercept, and one coefficient for each feature."""
 
 
@@ -25,11 +25,14 @@ class WrongChainModel:
     """Doubt of successive chains of one camera."""
 
     def __init__(self) -> None:
-        self._recent, self._stamp = 0.0, 0
+        self.features = (0.0, 0.0)
+        """Features of the newest chain."""
+        self._recent: float | None = None
+        self._stamp = 0
 
     def forget(self) -> None:
-        """Drop the inconsistencies of earlier images."""
-        self._recent = 0.0
+        """Drop the inconsistencies of earlier images: the next chain does not continue them."""
+        self._recent = None
 
     def take(self, inconsistency: float, stamp: int) -> float:
         """Return the probability that some visible node lies off the rope by over a centimetre.
@@ -38,19 +41,10 @@ class WrongChainModel:
             inconsistency: Inconsistency of chain and image, `CenterlineEstimate.inconsistency` [-].
             stamp: Time of the exposure [ns].
         """
-        features = self.features(inconsistency, stamp)
-        intercept, *slopes = COEFFICIENTS
-        return float(1.0 / (1.0 + np.exp(-(intercept + np.dot(slopes, features)))))
-
-    def features(self, inconsistency: float, stamp: int) -> tuple[float, float]:
-        """Return the features of the model, and remember the inconsistency.
-
-        Args:
-            inconsistency: Inconsistency of chain and image [-].
-            stamp: Time of the exposure [ns].
-        """
         now = min(inconsistency, MAX_INCONSISTENCY)
-        elapsed = max(stamp - self._stamp, 0) / 1e9
-        before = self._recent * math.exp(-elapsed / DECAY_TIME)
+        decay = math.exp(-max(stamp - self._stamp, 0) / 1e9 / DECAY_TIME)
+        before = now if self._recent is None else self._recent * decay
         self._recent, self._stamp = max(now, before), stamp
-        return math.log(now + LEAST_INCONSISTENCY), math.log(before + LEAST_INCONSISTENCY)
+        self.features = math.log(now + LEAST_INCONSISTENCY), math.log(before + LEAST_INCONSISTENCY)
+        intercept, *slopes = COEFFICIENTS
+        return float(1.0 / (1.0 + np.exp(-(intercept + np.dot(slopes, self.features)))))

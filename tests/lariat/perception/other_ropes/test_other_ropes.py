@@ -92,6 +92,17 @@ def test_a_hidden_half_is_remembered_beside_the_half_in_view() -> None:
     assert rope.length == pytest.approx(0.4, abs=0.03)
 
 
+def test_a_rope_that_is_covered_more_and_more_is_remembered_whole() -> None:
+    others = after(*5 * [[line(0, 0, 0)]])
+    for k in range(1, 26):
+        after([line(-0.002 * k, 0, 0, length=0.4 - 0.004 * k)], others=others, start=4 + k)
+    (rope,) = others.ropes
+    assert sorted(part.seen for part in rope.parts) == [False, True]
+    assert rope.length == pytest.approx(0.4, abs=0.02)
+    after([line(-0.05, 0.008, 0, length=0.3)], others=others, start=30)
+    assert len(rope.lines) == 1
+
+
 def test_two_halves_that_turn_out_to_be_one_rope_go_on_by_the_older_number() -> None:
     halves = [line(-0.12, 0, 0, length=0.16), line(0.12, 0, 0, length=0.16)]
     others = after(*4 * [halves])

@@ -10,7 +10,7 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import TABLE
 from lariat.perception.centerline.estimate import CenterlineEstimate, OtherLine, ShapePrior
 from lariat.perception.centerline.estimator import CenterlineEstimator
-from lariat.perception.tracking.centerline_tracker import CenterlineTracker
+from lariat.perception.tracking.centerline_tracker import MAX_LEARNT_P_WRONG, CenterlineTracker
 from lariat.rod import RodProperties
 from lariat.simulation.camera.rgbd_camera import RGB, RgbdCamera, Tube
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips
@@ -49,6 +49,7 @@ def test_a_rope_of_the_same_colour_that_crosses_is_told_apart(heading: float, li
     for estimate in followed(nodes, other):
         errors = np.linalg.norm(estimate.positions - nodes, axis=1)
         assert np.mean(estimate.observed) > 0.6
+        assert estimate.p_wrong < MAX_LEARNT_P_WRONG
         assert np.mean(errors[estimate.observed]) < 1e-3
         (line,) = estimate.others
         gaps = np.min(polylines.point_distances(line.points, other.nodes), axis=1)
@@ -70,7 +71,7 @@ def test_a_rope_that_is_known_to_lie_on_ours_does_not_draw_the_chain_to_it() -> 
     along = Tube(nodes + np.array([0.004, 0.004, 0.012]), ROPE.radius, WHITE)
     frame = RgbdCamera(CAMERA, seed=1).take(nodes, ROPE.radius, [TABLE], frame=0, tubes=[along])
     points = polylines.resample(along.nodes, 150)
-    line = OtherLine(CAMERA.project(points)[0], points, 1.0)
+    line = OtherLine(CAMERA.project(points)[0], points)
     prior = ShapePrior(nodes, np.full(len(nodes), 0.004))
     estimator = CenterlineEstimator(CAMERA, ROPE)
     unknown, known = (

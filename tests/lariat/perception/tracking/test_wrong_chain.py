@@ -35,3 +35,8 @@ def test_a_reset_forgets_it() -> None:
     model.take(0.8, FRAME)
     model.forget()
     assert model.take(0.05, 2 * FRAME) == stated(0.05)[0]
+
+
+def test_a_chain_that_begins_in_contradiction_is_doubted_at_once() -> None:
+    at_once, lasting = stated(0.8, 0.8)
+    assert at_once == pytest.approx(lasting, rel=0.05)

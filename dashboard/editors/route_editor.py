@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from typing import Any
 
 import viser
@@ -49,7 +50,8 @@ class RouteEditor:
         self._add = gui.add_button(
             "Add after the stop", icon=viser.Icon.PLUS, color=palette.NEUTRAL, visible=False
         )
-        self._add.on_click(lambda _: actions.put(self._insert))
+        self._actions = actions
+        self._add.on_click(lambda _: self._press_add())
 
     def show(self, visible: bool) -> None:
         """Show or hide the controls; the list stays as long as there is a route."""
@@ -116,10 +118,14 @@ class RouteEditor:
             stops.insert(k, entry)
         self._set(stops, min(k + 1, len(stops)))
 
-    def _insert(self) -> None:
-        if self._visible and self._new.value != NOTHING:
+    def _press_add(self) -> None:
+        """Add what is chosen at present: another choice may come before the next step."""
+        self._actions.put(partial(self._insert, self._new.value))
+
+    def _insert(self, entry: str) -> None:
+        if self._visible and entry not in (NOTHING, *self.route):
             k = self._chosen + 1
-            self._set([*self.route[:k], self._new.value, *self.route[k:]], k + 1)
+            self._set([*self.route[:k], entry, *self.route[k:]], k + 1)
 
     def _set(self, stops: Sequence[str], number: int) -> None:
         if tuple(stops) != self.route:

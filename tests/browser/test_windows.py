@@ -64,12 +64,14 @@ def test_list_opens_above_the_stop_bar(bench: tuple[Cell, Page]) -> None:
     # A window that has no room for the list between box and bar.
     height = place["y"] + place["height"] + bar["height"] + 40.0
     page.set_viewport_size({"width": 1280, "height": round(height)})
-    box.click()
     bar = page.locator("#stop-bar").bounding_box()
     option = page.get_by_role("option", name="curvature")
-    expect(option).to_be_visible()
 
     def is_above() -> bool:
+        if not option.is_visible():
+            # The page closes a list whose box is still being moved.
+            box.click()
+            return False
         place = option.bounding_box()
         return place is not None and bar is not None and place["y"] + place["height"] <= bar["y"]
 

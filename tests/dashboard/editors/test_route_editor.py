@@ -26,8 +26,13 @@ def private() -> Iterator[PrivateViser]:
 
 
 @pytest.fixture
-def editor(private: PrivateViser) -> RouteEditor:
-    editor = RouteEditor(private.server.gui, ActionQueue(), lambda: None)
+def actions() -> ActionQueue:
+    return ActionQueue()
+
+
+@pytest.fixture
+def editor(private: PrivateViser, actions: ActionQueue) -> RouteEditor:
+    editor = RouteEditor(private.server.gui, actions, lambda: None)
     editor.take_scene(SCENARIO.bodies)
     editor.take_route(("low", "high"))
     editor.show(True)
@@ -37,8 +42,7 @@ def editor(private: PrivateViser) -> RouteEditor:
 def test_what_is_not_on_the_route_may_be_added(editor: RouteEditor) -> None:
     assert list(editor._new.options) == ["middle", *PEGS]
     editor._stop.value = "1 low"  # pyright: ignore[reportAttributeAccessIssue]
-    editor._new.value = "left of near"  # pyright: ignore[reportAttributeAccessIssue]
-    editor._insert()
+    editor._insert("left of near")
     assert editor.route == ("low", "left of near", "high")
     # The next one is added behind it.
     assert editor._stop.value == "2 left of near"
@@ -58,8 +62,20 @@ def test_the_chosen_stop_is_moved_within_the_route_and_removed(editor: RouteEdit
         editor._change(move)
         assert editor.route == route
     assert editor._stop.value == NOTHING
-    editor._insert()
+    editor._insert(NOTHING)
+    editor._insert("middle")
     assert editor.route == ("middle",)
+
+
+def test_what_is_chosen_at_a_press_is_added_whatever_is_chosen_before_the_next_step(
+    editor: RouteEditor, actions: ActionQueue
+) -> None:
+    editor.take_route(("middle",))
+    for entry in ("right of far", "high"):
+        editor._new.value = entry  # pyright: ignore[reportAttributeAccessIssue]
+        editor._press_add()
+    actions.run()
+    assert editor.route == ("middle", "right of far", "high")
 
 
 def test_held_clips_are_marked_in_the_list(editor: RouteEditor) -> None:

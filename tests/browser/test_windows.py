@@ -8,7 +8,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, TimeoutError, expect
 
 from dashboard.scene.bending import LEAST_RADIUS, curvatures
 from shared import topics
@@ -68,11 +68,14 @@ def test_list_opens_above_the_stop_bar(bench: tuple[Cell, Page]) -> None:
     option = page.get_by_role("option", name="curvature")
 
     def is_above() -> bool:
-        if not option.is_visible():
-            # The page closes a list whose box is still being moved.
-            box.click()
+        try:
+            if not option.is_visible():
+                # The page closes a list whose box is still being moved.
+                box.click()
+                option.wait_for(timeout=12_000)
+            place = option.bounding_box(timeout=3_000)
+        except TimeoutError:
             return False
-        place = option.bounding_box()
         return place is not None and bar is not None and place["y"] + place["height"] <= bar["y"]
 
     assert comes(page, is_above)

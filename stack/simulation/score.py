@@ -35,7 +35,8 @@ class Score:
     min_clearance_mm: float | None
     """Least distance between the surfaces of rope and obstacles."""
     certain_clearance_mm: float | None
-    """Clearance that the last path keeps with a probability of 99 %, as it was planned."""
+    """Clearance that the last path keeps with a probability of 99 %, as it was planned; None
+    without `control.certain_clearance`."""
     min_distractor_clearance_mm: float | None
     """Least distance between the surfaces of rope and distractors, through which it passes."""
     clips_held: list[str] | None

@@ -54,7 +54,7 @@ class Scorer:
     min_distractor_clearance: float = np.inf
     """Least distance between the surfaces of rope and distractors [m]."""
     certain_clearance: float = np.nan
-    """Clearance that the newest path keeps with a probability of 99 % [m]."""
+    """Clearance that the newest path keeps with 99 %, where it is asked for [m]."""
     max_tension: float = 0.0
     """Largest tension of the true rope [N]."""
     length_error: float = 0.0
@@ -130,7 +130,7 @@ class Scorer:
                     nodes = chain(message.positions)
                     seen = np.array(message.observed or [True] * len(nodes))
                     self.sensing_error.take_seen(message.stamp, nodes, seen)
-            case topics.CONTROLLER_PATH.key:
+            case topics.CONTROLLER_PATH.key if self.scenario.control.certain_clearance is not None:
                 self.certain_clearance = delivery.parse().certain_clearance
             case topics.CONTROLLER_PLAN.key:
                 self.horizon_error.take_plan(delivery.parse())

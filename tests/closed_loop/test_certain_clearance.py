@@ -24,6 +24,12 @@ def test_path_that_may_come_too_near_is_replaced_by_a_slower_one_with_more_room(
     assert task.pace < 1.0
 
 
+def test_nothing_is_said_to_be_certain_where_nobody_asks() -> None:
+    outcome = run("three-cylinders", *UNKNOWN, "run.time_limit=0.5")
+    assert outcome.score.min_clearance_mm is not None
+    assert outcome.score.certain_clearance_mm is None
+
+
 def test_arms_stand_where_no_path_keeps_it() -> None:
     outcome = run("three-cylinders", *UNKNOWN, "control.certain_clearance=0.1")
     assert not outcome.score.reached

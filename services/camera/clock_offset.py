@@ -19,11 +19,7 @@ class ClockOffset:
     """Estimate of the offset between the cell's clock and a device's."""
 
     def __init__(self, delay: int = 0) -> None:
-        """Start without an estimate.
-
-        Args:
-            delay: Least time from exposure to arrival [ns].
-        """
+        """Start without an estimate; `delay` is the least time from exposure to arrival [ns]."""
         self._delay = delay
         # Arrival times and differences, increasing in both: only a difference that is less than all
         # later ones can become the least.
@@ -36,12 +32,7 @@ class ClockOffset:
         return self._candidates[0][1] - self._delay if self._candidates else None
 
     def stamp(self, exposed: int, arrived: int) -> int:
-        """Return the time of an exposure by the cell's clock [ns].
-
-        Args:
-            exposed: Time of the exposure by the device's clock [ns].
-            arrived: Time of its arrival by the cell's clock [ns].
-        """
+        """Return the time of an exposure by the clock of its arrival, the cell's [ns]."""
         difference = arrived - exposed
         if self._last_difference is not None and abs(difference - self._last_difference) > MAX_JUMP:
             self._candidates.clear()

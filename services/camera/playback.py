@@ -17,11 +17,6 @@ class Playback:
     """Source that plays the images of one camera of an MCAP file."""
 
     def __init__(self, path: Path, camera: str, repeat: bool) -> None:
-        """Open the file.
-
-        Raises:
-            ConfigurationError: The file cannot be read or holds no complete exposure.
-        """
         self._keys = tuple(
             topic.at(camera).key
             for topic in (topics.CAMERA_COLOR, topics.CAMERA_DEPTH, topics.CAMERA_CALIBRATION)

@@ -34,16 +34,9 @@ class RealSense:
     def __init__(
         self, serial: str, resolution: tuple[int, int], rate: int, recording: Path | None = None
     ) -> None:
-        """Start both streams.
+        """Start both streams; an empty serial number takes the first device.
 
-        Args:
-            serial: Serial number of the device; empty for the first one.
-            resolution: Width and height of both streams [pixels].
-            rate: Rate of both streams [Hz].
-            recording: File to play instead, at its own resolution and rate.
-
-        Raises:
-            ConfigurationError: There is no such device, or it lacks this resolution or rate.
+        A recording plays at its own resolution and rate [Hz].
         """
         self._pipeline = rs.pipeline()
         self._last_time = -1.0

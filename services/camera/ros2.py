@@ -36,18 +36,7 @@ class Ros2Camera:
     """Source whose colour, depth and intrinsics are topics of ROS 2."""
 
     def __init__(self, color: str, depth: str, info: str, router: str, domain: int) -> None:
-        """Join the graph.
-
-        Args:
-            color: Topic of sensor_msgs/Image, or of CompressedImage if it ends in `/compressed`.
-            depth: Topic of sensor_msgs/Image, 16UC1 [mm] or 32FC1 [m].
-            info: Topic of sensor_msgs/CameraInfo of the colour image.
-            router: Zenoh endpoint of ROS 2's router.
-            domain: ROS_DOMAIN_ID.
-
-        Raises:
-            ConfigurationError: No router answers, and none can be served.
-        """
+        """Join the graph; `color` is compressed if it ends in `/compressed`."""
         try:
             self._node = Node("lariat_camera", "/lariat", domain, router)
         except BusError as error:
@@ -96,11 +85,7 @@ def _stamp(message: Any) -> int:
 
 
 def _pixels(message: Any, dtype: str, channels: int) -> np.ndarray:
-    """Pixels of an image.
-
-    Raises:
-        ValueError: It has fewer bytes than its size tells.
-    """
+    """Pixels of an image."""
     order = ">" if message.is_bigendian else "<"
     row = np.dtype(order + dtype).itemsize * channels * message.width
     data = np.asarray(message.data, np.uint8)

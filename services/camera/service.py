@@ -57,11 +57,7 @@ class CameraService:
 
 
 def build(scenario: Scenario, session: str, options: CameraOptions | None = None) -> CameraService:
-    """Build the cameras of a scenario.
-
-    Raises:
-        ConfigurationError: The scenario has simulated cameras, or a source cannot be opened.
-    """
+    """Build the cameras of a scenario."""
     options = options or CameraOptions()
     sensing = scenario.sensing
     if sensing.source != "camera" or not sensing.outside:

@@ -21,13 +21,7 @@ class CameraStream:
     """Source of exposures, its clock and its topics."""
 
     def __init__(self, name: str, source: CameraSource, latency: float) -> None:
-        """Start without an exposure.
-
-        Args:
-            name: Name of the camera.
-            source: Source of its exposures.
-            latency: Least time from exposure to arrival [s].
-        """
+        """Start without an exposure; `latency` is the least time from exposure to arrival [s]."""
         self.name = name
         self._source = source
         self._clock = ClockOffset(round(latency * SECOND))

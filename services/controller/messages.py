@@ -95,13 +95,7 @@ def draft_request(message: GoalDraft) -> tuple[Goal, Pull | None]:
 
 
 def preview_message(preview: Preview, draft: str, now: int) -> GoalPreview:
-    """Message of a preview.
-
-    Args:
-        preview: Goal between grips that are being dragged.
-        draft: Id of the draft.
-        now: Present time [ns].
-    """
+    """Message of a preview."""
     reachable = preview.goal is not None and not preview.problem
     message = GoalPreview(draft=draft, stamp=now, reachable=reachable, reason=preview.problem)
     if preview.goal is not None:
@@ -169,11 +163,7 @@ def path_offer(path: Path) -> PathOffer:
 
 
 def reference_trajectory(path: Path) -> ReferenceTrajectory:
-    """Reference trajectory of a planned path.
-
-    Raises:
-        ValueError: Its points are not one setpoint apart.
-    """
+    """Reference trajectory of a planned path."""
     if path.dt != SETPOINT_PERIOD:
         raise ValueError(
             f"the points of a path must be {SETPOINT_PERIOD} ns apart, as setpoints are, got "
@@ -199,14 +189,7 @@ def reference_trajectory(path: Path) -> ReferenceTrajectory:
 def parameters_message(
     adaptation: Adaptation, now: int, prediction_error: float, *, adapts: bool
 ) -> Parameters:
-    """Message of the learnt parameters.
-
-    Args:
-        adaptation: Adaptation of the rope's material.
-        now: Present time [ns].
-        prediction_error: Error of the last prediction [m].
-        adapts: Whether the parameters are being learnt; given ones have no deviations.
-    """
+    """Message of the learnt parameters; given ones have no deviations."""
 
     def estimate(of: ParameterEstimate) -> Estimate:
         deviation = of.standard_deviation if adapts else 0.0

@@ -70,11 +70,7 @@ class ControllerService:
         return self.controller.note
 
     def warm_up(self) -> None:
-        """Compile all kernels.
-
-        Raises:
-            ConfigurationError: As `RopeController.warm_up`.
-        """
+        """Compile all kernels."""
         self.controller.warm_up()
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
@@ -145,9 +141,5 @@ class ControllerService:
 
 
 def build(scenario: Scenario, session: str) -> ControllerService:
-    """Create the controller of a scenario.
-
-    Raises:
-        ConfigurationError: Method, solver and adaptation do not fit together.
-    """
+    """Create the controller of a scenario."""
     return ControllerService(scenario, session)

@@ -131,11 +131,7 @@ class Controller:
         return True
 
     def enable(self, *load: float) -> bool:
-        """Enable the drives; False when power is missing or an alarm is present.
-
-        Args:
-            load: Arguments of `set_load`; empty: unchanged.
-        """
+        """Enable the drives; False without power or with an alarm. An empty load is unchanged."""
         if not self.powered or self.power_on_remaining > 0.0 or self.alarms:
             return False
         if load:

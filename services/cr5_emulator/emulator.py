@@ -55,13 +55,7 @@ class Emulator:
         start: float = 0.0,
         watch: Callable[[float, Controller], None] | None = None,
     ) -> None:
-        """Switch the arm on.
-
-        Args:
-            options: Firmware and behaviour.
-            start: Present time on the caller's clock [s].
-            watch: Called after every step with the time [s] and the controller.
-        """
+        """Switch the arm on at a time of the caller's clock; `watch` is called after every step."""
         self.options = options
         self._watch = watch
         self.controller = Controller(options)

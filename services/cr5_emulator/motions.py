@@ -68,15 +68,7 @@ def singularity(geometry: Geometry, joints: Joints, near: float = SINGULARITY_MA
 
 
 def check_range(joints: Joints, before: Joints | None = None) -> None:
-    """Check the joint range.
-
-    Args:
-        joints: Joint angles [rad].
-        before: Joint angles before: motion back into the range is allowed.
-
-    Raises:
-        Alarm: The first joint that is past its end.
-    """
+    """Raise the alarm of the first joint past its end; motion back into the range is allowed."""
     excess = np.abs(joints) - JOINT_RANGE
     if before is not None:
         excess = np.where(excess > np.abs(before) - JOINT_RANGE, excess, 0.0)

@@ -55,19 +55,7 @@ class ServoFollower:
     def aim(
         self, now: float, joints: Joints, target: Joints, t: float, lookahead: float, gain: float
     ) -> None:
-        """Take a new point.
-
-        Args:
-            now: Time since the arm was switched on [s].
-            joints: Commanded joint angles of this instant [rad].
-            target: The point [rad].
-            t: Time until the point is to be reached [s].
-            lookahead: Argument `lookahead_time` or `aheadtime`.
-            gain: Argument `gain`.
-
-        Raises:
-            Alarm: The point is out of range or too far away.
-        """
+        """Take a new point [rad], to be reached in `t`, at a time since the arm was switched on."""
         self.lag = self._options.servo_lag * (lookahead / NOMINAL_LOOKAHEAD) * (NOMINAL_GAIN / gain)
         delay = self._options.servo_jitter * float(self._jitter.random())
         self._delayed.append((now + delay, target, t))

@@ -32,15 +32,7 @@ class TcpServer:
         self._writers: dict[Connection, asyncio.StreamWriter] = {}
 
     async def run(self, host: str, heartbeat: Path | None) -> None:
-        """Listen until the task is cancelled.
-
-        Args:
-            host: Address to listen on.
-            heartbeat: File to touch every second.
-
-        Raises:
-            OSError: A port cannot be opened.
-        """
+        """Listen until the task is cancelled; touch the heartbeat every second."""
         servers = []
         beating = asyncio.ensure_future(beat(heartbeat))
         try:

@@ -32,11 +32,7 @@ class Tether:
 
     @classmethod
     def of(cls, numbers: tuple[float, ...]) -> Tether | None:
-        """Create a tether from anchor, length, stiffness and grip; None from an empty tuple.
-
-        Raises:
-            ValueError: The tuple has another length.
-        """
+        """Create a tether from anchor, length, stiffness and grip; None from an empty tuple."""
         if not numbers:
             return None
         if len(numbers) not in (5, 8):

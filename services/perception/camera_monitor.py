@@ -37,11 +37,7 @@ class CameraMonitor:
         self._previous = (b"", b"")
 
     def silence(self, now: int) -> str:
-        """Report silence in a step without a frame.
-
-        Args:
-            now: Current time [ns].
-        """
+        """Report silence in a step without a frame."""
         if self._last_frame is None:
             self._last_frame = now
         silence = now - self._last_frame

@@ -29,14 +29,7 @@ class OthersPublisher:
     def publications(
         self, lines: Sequence[SeenLine], look: Look, stamp: int, now: int
     ) -> Iterator[Publication]:
-        """Yield the ropes, while there are any and once a second.
-
-        Args:
-            lines: Lines of ropes beside the held one.
-            look: Function that tells what the cameras see at some points.
-            stamp: Time of the exposure [ns].
-            now: Present time [ns].
-        """
+        """Yield the ropes, while there are any and once a second."""
         others, before = self._others, self._others.revision
         others.update(lines, look, stamp)
         changed = bool(others.ropes) or others.revision != before

@@ -109,12 +109,7 @@ class RopeCamera:
         return moves
 
     def track(self, left: Pose | None, right: Pose | None) -> CenterlineEstimate:
-        """Estimate the rope in the newest images, which are processed with that.
-
-        Args:
-            left: Grip that holds the left end; None when it is free or unknown.
-            right: Grip that holds the right end.
-        """
+        """Estimate the rope in the newest images, processed with that; None is no known grip."""
         assert self.exposure is not None
         (color, depth), stamp = self.exposure.images, self.exposure.stamp
         tracker, self.exposure = self._calibrated_tracker(), None
@@ -131,12 +126,7 @@ class RopeCamera:
         return self._processed
 
     def look(self, points: Float64[np.ndarray, "k 3"], radius: float) -> Sight:
-        """Return what the images that were processed last show at points of a rope's axis.
-
-        Args:
-            points: Points in the world [m].
-            radius: Radius of the rope [m].
-        """
+        """Return what the images that were processed last show at points of a rope's axis."""
         if self._processed is None:
             nothing = np.zeros(len(points), bool)
             return Sight(nothing, nothing)

@@ -35,22 +35,13 @@ class SceneMotionPublisher:
         self._ended_run, self._run_started = task.run_started, 0
 
     def at(self, obstacles: Sequence[Obstacle], now: int) -> tuple[Obstacle, ...]:
-        """Return the obstacles of a scene where they are at a time.
-
-        Args:
-            obstacles: Obstacles of the scene.
-            now: The time [ns].
-        """
+        """Return the obstacles of a scene where they are at a time."""
         begun = self._run_started
         motions = self._scenario.obstacle_motions(begun * NANOSECONDS) if begun else ()
         return obstacles_at(obstacles, motions, now * NANOSECONDS)
 
     def due(self, now: int) -> Iterator[Publication]:
-        """Yield the motions when they begin, often while something moves, and once a second.
-
-        Args:
-            now: Present time [ns].
-        """
+        """Yield the motions when they begin, often while something moves, and once a second."""
         if not self._exists:
             return
         begun = self._run_started

@@ -20,12 +20,7 @@ class SceneRequests:
         self._refusal = ""
 
     def handle(self, request: SceneRequest, rope: Float64[np.ndarray, "n 3"] | None) -> None:
-        """Apply a request, or keep the reason why it is refused.
-
-        Args:
-            request: Obstacle to add, move, resize or remove.
-            rope: Nodes of the rope, which obstacles must not overlap [m]; None when unknown.
-        """
+        """Apply a request, or keep why it is refused; obstacles must not overlap a known rope."""
         with self._door.guard(topics.SCENE_REQUEST.key) as outcome:
             self._apply(request, rope)
         self._last_request, self._refusal = request.id, outcome.refusal

@@ -15,12 +15,7 @@ class SimulatedTruth:
     """Turns true node chains into perceived ones, with noise if the scenario asks for it."""
 
     def __init__(self, node_count: int, noise: float, seed: int) -> None:
-        """
-        Args:
-            node_count: Number of nodes to publish; chains of another count are resampled.
-            noise: Standard deviation of every coordinate [m].
-            seed: Seed of the noise.
-        """
+        """Chains of another `node_count` are resampled; `noise` is of every coordinate [m]."""
         self._node_count, self._noise = node_count, noise
         self._random = np.random.default_rng(seed)
 

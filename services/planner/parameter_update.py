@@ -27,11 +27,7 @@ known less is learnt first."""
 
 
 def update(rope: RopeModel, parameters: Parameters, draws: bool = False) -> None:
-    """Give the planner's rope the set and the properties that the controller's model has.
-
-    Args:
-        draws: Whether ropes are drawn for the clearance that is certain.
-    """
+    """Give the planner's rope the set and the properties that the controller's model has."""
     rope.take_set(np.asarray(parameters.plastic_curvature, float))
     learnt = parameters.rod
     if not is_learnt(learnt):

@@ -28,11 +28,7 @@ def at_rest(arms: ArmStates) -> bool:
 def stopped(
     arms: ArmStates, setpoints: Setpoints, kinematics: Mapping[str, ArmKinematics]
 ) -> ArmStates | None:
-    """State of the arms where their setpoints end; None where an arm's joints are not known there.
-
-    Args:
-        kinematics: Arms whose joints are asked for, by their sides.
-    """
+    """State of the arms where their setpoints end; None where an arm's joints are unknown."""
     ahead = ArmStates()
     ahead.CopyFrom(arms)
     ends = {end.arm: end for end in setpoints.arms}

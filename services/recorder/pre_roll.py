@@ -27,12 +27,7 @@ class PreRoll:
         return self._messages[0].received if self._messages else None
 
     def take_older(self, time: int, max_size: int) -> Iterator[RawMessage]:
-        """Remove and yield the messages before a time, and the oldest beyond a size.
-
-        Args:
-            time: Time of receipt from which messages stay [ns].
-            max_size: Largest size of the payloads that stay [bytes].
-        """
+        """Remove and yield the messages before a time, and the oldest beyond a size [bytes]."""
         while self._messages and (self._messages[0].received < time or self.size > max_size):
             yield self._take()
 

@@ -6,9 +6,5 @@ from pathlib import Path
 
 
 def make_folder(folder: Path) -> None:
-    """Create the folder, where it is missing, for its owner alone; one that exists stays as it is.
-
-    Raises:
-        OSError: It cannot be created.
-    """
+    """Create the folder, where it is missing, for its owner alone; one that exists stays."""
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -25,15 +25,7 @@ class Retention:
     """Retention of the recordings of one folder: a file is announced before it is deleted."""
 
     def __init__(self, folder: Path, max_size: float | None) -> None:
-        """Announce and delete nothing yet.
-
-        Args:
-            folder: Folder of the recordings; it need not exist.
-            max_size: Largest size of all recordings [bytes]; None keeps all.
-
-        Raises:
-            ConfigurationError: The size is not positive.
-        """
+        """Announce and delete nothing yet; without a largest size [bytes] all is kept."""
         if max_size is not None and not max_size > 0.0:
             raise ConfigurationError(f"--keep must be positive, got {max_size / 1e9:g} GB")
         self._folder, self._max_size = folder, max_size

@@ -48,15 +48,7 @@ class ApproachControl:
         )
 
     def request(self, command: OperatorCommand, now: int) -> None:
-        """Begin to wait for the arms to be ready.
-
-        Args:
-            command: The command, which names distance and angle that the person was shown.
-            now: Time of its arrival [ns].
-
-        Raises:
-            CommandRejected: The arms are elsewhere.
-        """
+        """Begin to wait for the arms, which must be where the command says they were seen."""
         present = self._arms.distance_from_start
         if not is_as_named((command.distance, command.angle), present):
             raise CommandRejected(
@@ -67,14 +59,7 @@ class ApproachControl:
         self.consent.begin(command.id, now)
 
     def start(self, now: int) -> None:
-        """Follow the fastest approach that keeps every rule.
-
-        Args:
-            now: Present time [ns].
-
-        Raises:
-            ChunkRefused: There is none.
-        """
+        """Follow the fastest approach that keeps every rule."""
         self.wanted, self.planned = False, True
         driven = self._follower.driven
         grips = [self._arms.grips[k] for k in driven]

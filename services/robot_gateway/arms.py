@@ -39,13 +39,7 @@ class Arms:
         """Whether the power of each end must be taken while the cell is disarmed."""
 
     def exchange(self, now: int, follower: SetpointFollower, enabled: Sequence[bool]) -> None:
-        """Send commands to the arms and take their feedback.
-
-        Args:
-            now: Present time [ns].
-            follower: Commanded motion.
-            enabled: For each end, whether it is sent its commanded pose.
-        """
+        """Send enabled ends their commanded poses, and take the feedback of all."""
         rows = []
         driven = iter(follower.grips())
         for driver, sent in zip(self.drivers, enabled, strict=True):
@@ -111,11 +105,7 @@ class Arms:
                 self.grips[k] = self.starts[k]
 
     def move_gripper(self, command: OperatorCommand) -> None:
-        """Open or close a gripper.
-
-        Raises:
-            CommandRejected: There is no such arm, or it has no gripper.
-        """
+        """Open or close a gripper."""
         if command.arm not in SIDES:
             raise CommandRejected(f"there is no arm {command.arm!r}; there are {', '.join(SIDES)}")
         driver = self.drivers[SIDES.index(command.arm)]
@@ -230,11 +220,7 @@ class Arms:
         )
 
     def within_tracking_limit(self, factor: float) -> list[bool]:
-        """Return whether each end is near its path.
-
-        Args:
-            factor: Distance that counts as near, in tracking limits of the driver [-].
-        """
+        """Return whether each end is within `factor` tracking limits of its path."""
         if not self.feedback:
             return [True] * len(self.drivers)
         return [

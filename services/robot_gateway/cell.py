@@ -125,14 +125,7 @@ class Cell:
         self._operator.disarm()
 
     def take_hold(self, session: str, sequence: int, now: int, reason: str) -> None:
-        """Take a writer's message that it holds on purpose.
-
-        Args:
-            session: Session of the writer.
-            sequence: Sequence number within the session.
-            now: Time of receipt [ns].
-            reason: Reason of the writer, in words.
-        """
+        """Take a writer's message that it holds on purpose."""
         # A controller that has nothing to do holds all the time; approach and trajectory are not
         # its motion.
         if (

@@ -114,13 +114,7 @@ def sign_of_life_of(item: Received) -> SignOfLife:
 
 
 def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmStates:
-    """Return the message of a cell's status.
-
-    Args:
-        status: Status after a tick.
-        drivers: Drivers of all ends, left first.
-        now: Time of the tick [ns].
-    """
+    """Return the message of a cell's status."""
     safety = status.safety
     ends = zip(SIDES, drivers, status.arms, status.tracking, strict=True)
     trajectory, state, reason = status.trajectory

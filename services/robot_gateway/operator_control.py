@@ -133,11 +133,7 @@ class OperatorControl:
         self._arms.move_gripper(command)
 
     def _check_permission(self, command: OperatorCommand, now: int) -> None:
-        """Check that a person permits motion to one gateway and the writer that they name.
-
-        Raises:
-            CommandRejected: Another gateway speaks, or another writer than the one that is named.
-        """
+        """Check that a person permits motion to one gateway and the writer that they name."""
         _reject_for(self._other_gateways.words(now))
         session = self._writers.next_session(now)
         if self._control.safety.mode == "disarmed":
@@ -157,10 +153,6 @@ class OperatorControl:
 
 
 def _reject_for(reason: str) -> None:
-    """Reject a command for a reason, if there is one.
-
-    Raises:
-        CommandRejected: There is one.
-    """
+    """Reject a command for a reason, if there is one."""
     if reason:
         raise CommandRejected(reason)

@@ -79,14 +79,6 @@ class RobotGatewayService:
         scenario: str = "",
         addresses: Mapping[str, str] | None = None,
     ) -> None:
-        """Create the service.
-
-        Args:
-            cell: The cell.
-            scene_guard: Admission of scenes.
-            scenario: Name of the scenario, for those who command the cell.
-            addresses: Hosts of real arms by side.
-        """
         self.cell = cell
         self.door = Door()
         self._scene_guard = scene_guard
@@ -208,11 +200,7 @@ def build(
     options: GatewayOptions | None = None,
     links: Mapping[Side, Link] | None = None,
 ) -> RobotGatewayService:
-    """Create the gateway of a scenario's cell.
-
-    Raises:
-        ConfigurationError: An arm's start is out of its reach, or the arm has no address.
-    """
+    """Create the gateway of a scenario's cell."""
     options = options or GatewayOptions()
     starts = scenario.grips(scenario.start)
     emulators: dict[Side, str] = {"left": options.left_emulator, "right": options.right_emulator}

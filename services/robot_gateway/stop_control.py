@@ -24,13 +24,7 @@ class StopControl:
         """Whether the gateway was suspended, so that the rest of the motion is not sent."""
 
     def stop(self, cause: str, detail: str, rule: Rule | None = None) -> None:
-        """Stop all arms.
-
-        Args:
-            cause: Row of `STOP_CAUSES`.
-            detail: The cause in words, with numbers.
-            rule: Rule that is broken, where the cause does not name it.
-        """
+        """Stop all arms; the rule is named where the cause, of `STOP_CAUSES`, does not."""
         self.safety = self.safety.stopped(cause, detail)
         self.rule = rule or STOP_CAUSES[cause].rule or self.rule
         self._follower.halt()

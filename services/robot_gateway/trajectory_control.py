@@ -64,13 +64,7 @@ class TrajectoryControl:
         self._alive_at = now
 
     def start(self, request: TrajectoryRequest, obstruction: str, now: int) -> None:
-        """Follow a trajectory from `now` [ns] on, or refuse it.
-
-        Args:
-            request: The trajectory.
-            obstruction: Why nothing may be executed now, in words; empty where it may.
-            now: Present time [ns].
-        """
+        """Follow a trajectory from `now` [ns] on, or refuse it where an obstruction is named."""
         self.id, self.state, self.reason = request.id, "refused", obstruction
         if obstruction:
             return

@@ -56,14 +56,7 @@ class WriterControl:
         watchdog: Watchdog,
         listening: Callable[[], bool],
     ) -> None:
-        """Create the control without a writer.
-
-        Args:
-            follower: Commanded motion.
-            control: Safety state of the cell.
-            watchdog: Watchdog, which notices that the writers are silent.
-            listening: Whether the setpoints of a writer may move the arms.
-        """
+        """Create the control without a writer; one moves the arms while `listening` says so."""
         self._follower = follower
         self._control = control
         self._watchdog = watchdog
@@ -82,13 +75,7 @@ class WriterControl:
         """Reason for the last refusal."""
 
     def take_hold(self, session: str, sequence: int, now: int) -> bool:
-        """Take a writer's message that it holds on purpose, and return whether it counts.
-
-        Args:
-            session: Session of the writer.
-            sequence: Sequence number within the session.
-            now: Time of receipt [ns].
-        """
+        """Take a writer's message that it holds on purpose, and return whether it counts."""
         try:
             self._admit(session, sequence, now, now)
         except ChunkRefused as refused:
@@ -152,18 +139,13 @@ class WriterControl:
         return writers[0] if len(writers) == 1 else ""
 
     def competing_publishers(self, now: int) -> str:
-        """Return which writers speak at once, in words; empty where at most one does.
-
-        Args:
-            now: Present time [ns].
-        """
+        """Return which writers speak at once, in words; empty where at most one does."""
         return self._sources.competing_publishers(now)
 
     def _candidate(self, message: WriterChunk) -> Candidate | None:
         """Return a chunk that waits for its check; None while nothing is followed.
 
-        Raises:
-            ChunkRefused: By rule `ordered`, `finite`, `fresh` or `rest`.
+        Refuses by rule `ordered`, `finite`, `fresh` or `rest`.
         """
         chunk, now = message.chunk, message.received
         offset = self._admit(message.session, message.sequence, now, chunk.start)
@@ -175,11 +157,7 @@ class WriterControl:
         return Candidate(message, offset, self._follower.stops)
 
     def _follow(self, candidate: Candidate, now: int) -> None:
-        """Follow a chunk from now on [ns].
-
-        Raises:
-            ChunkRefused: The chunk breaks a rule, or came twice.
-        """
+        """Follow a chunk from now on [ns]."""
         message, offset = candidate.message, candidate.offset
         # A message that the bus delivers twice, or late, may have waited beside its successor.
         self._sources.check_sequence(message.session, message.sequence, now)
@@ -190,11 +168,7 @@ class WriterControl:
         self._control.safety = self._control.safety.moving(True)
 
     def _admit(self, session: str, sequence: int, now: int, start: int) -> int:
-        """Return the offset from a writer's clock to the gateway's [ns].
-
-        Raises:
-            ChunkRefused: The writer is not the one that is followed, or its message is old.
-        """
+        """Return the offset from a writer's clock to the gateway's [ns]."""
         before = self._control.safety.cause
         safety, answer = self._sources.admit(self._control.safety, session, sequence, now, start)
         self._control.safety = safety

@@ -212,11 +212,7 @@ class ArmAction:
 
 
 def _points(trajectory: Any) -> tuple[list[int], np.ndarray, np.ndarray | None]:
-    """Times [ns], positions and velocities of a trajectory.
-
-    Raises:
-        GoalRefused: Its points do not fit.
-    """
+    """Times [ns], positions and velocities of a trajectory."""
     points, count = trajectory.points, len(trajectory.joint_names)
     if not 0 < len(points) <= MAX_TRAJECTORY_POINTS:
         words = f"{len(points)} points; a trajectory has 1 to {MAX_TRAJECTORY_POINTS}"
@@ -238,11 +234,7 @@ def _points(trajectory: Any) -> tuple[list[int], np.ndarray, np.ndarray | None]:
 
 
 def _tolerances(messages: Any, names: list[str]) -> dict[str, float]:
-    """Tolerances of positions by joint; those of 0 and below are none.
-
-    Raises:
-        GoalRefused: One is of another joint or of another quantity.
-    """
+    """Tolerances of positions by joint; those of 0 and below are none."""
     tolerances = {}
     for message in messages:
         if message.name not in names:

@@ -156,11 +156,7 @@ class Commands:
 
 
 def _checked(topic: Topic, request: Any) -> Any:
-    """Request as its readers take it.
-
-    Raises:
-        ValueError: They would refuse it, without an answer.
-    """
+    """Request as its readers take it."""
     return decode(topic, request.SerializeToString())
 
 
@@ -169,9 +165,6 @@ def goal_of_poses(message: Any, world: str) -> Goal:
 
     Two poses are those of the grips, between which the rope rests. More are nodes from left to
     right; the first and the last one have the orientations of the grips.
-
-    Raises:
-        ValueError: It has fewer than two poses or is in another frame.
     """
     if message.header.frame_id not in ("", world):
         raise ValueError(
@@ -191,11 +184,7 @@ def goal_of_poses(message: Any, world: str) -> Goal:
 def scene_changes(
     message: Any, scene: Scene, world: str
 ) -> Iterator[tuple[SceneRequest.Action, Obstacle]]:
-    """Yield the changes of the scene that a moveit_msgs/CollisionObject asks for.
-
-    Raises:
-        ValueError: It is not in the frame `world`, or a shape has no counterpart.
-    """
+    """Yield the changes of the scene that a moveit_msgs/CollisionObject asks for."""
     if message.header.frame_id not in ("", world):
         raise ValueError(f"{message.id!r} is in {message.header.frame_id!r}; give it in {world!r}")
     mine = [o.name for o in scene.obstacles if o.name.partition(".")[0] == message.id]

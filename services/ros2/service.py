@@ -75,11 +75,7 @@ class Ros2Service:
         self.note = ""
 
     def warm_up(self) -> None:
-        """Join the graph.
-
-        Raises:
-            BusError: No router answers, and none can be served.
-        """
+        """Join the graph."""
         options, table = self._options, self._table
         namespace = table.settings.namespace
         node = Node("lariat", namespace, options.domain, options.router, self.door)

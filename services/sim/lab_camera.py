@@ -71,17 +71,7 @@ class LabCamera:
         number: int,
         instant: int,
     ) -> Iterator[Publication]:
-        """Take an image and publish it.
-
-        Args:
-            nodes: Nodes of the true rope [m].
-            bodies: Everything else in view.
-            colors: Colour of each of them.
-            plates: Marker plates in view.
-            tubes: Other ropes, hands and arms in view.
-            number: Number of the exposure, which selects its noise.
-            instant: Time of the exposure [ns].
-        """
+        """Take an image and publish it; `number` selects its noise, `instant` is its time [ns]."""
         frame = self._camera.take(nodes, self._radius, bodies, colors, number, plates, tubes)
         yield Publication(self._color, color_message(frame.color, self._name, instant))
         yield Publication(self._depth, depth_message(frame.depth, self._name, instant))

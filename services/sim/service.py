@@ -65,12 +65,6 @@ class SimService:
     rate = 60.0
 
     def __init__(self, scenario: Scenario, world: World | None = None) -> None:
-        """Create the service.
-
-        Args:
-            scenario: The scenario.
-            world: The simulated lab; by default that of the scenario.
-        """
         sensing = scenario.sensing
         self.latency = sensing.latency
         self.door = Door()
@@ -207,13 +201,7 @@ class SimService:
 
 
 def build(scenario: Scenario, session: str, options: SimOptions | None = None) -> SimService:
-    """Build the service of a scenario.
-
-    Args:
-        scenario: The scenario.
-        session: Id of this start of the process.
-        options: Options of a live process; None in simulated time.
-    """
+    """Build the service of a scenario; without options in simulated time."""
     if options:
         scenario = scenario.live if options.real_time else scenario
         plant = scenario.plant_rope

@@ -68,11 +68,7 @@ class CommandContext:
             raise Failure(-1)
 
     def nearest_solution(self, goal: Transform, joints: Joints) -> Joints:
-        """Return the inverse solution nearest to given joint angles [rad].
-
-        Raises:
-            Alarm: 17, the pose is out of reach.
-        """
+        """Return the inverse solution nearest to joint angles [rad]; alarm 17 out of reach."""
         solutions = self.controller.geometry.all_solutions(goal)
         if not solutions:
             raise Alarm(17)

@@ -37,12 +37,6 @@ class GoalFolder:
     """Named goals of a folder of recordings."""
 
     def __init__(self, recordings: Path, door: Door) -> None:
-        """Create an empty list.
-
-        Args:
-            recordings: Folder of the recordings; it need not exist.
-            door: Refuses files that are none.
-        """
         self._door = door
         self._recordings = recordings
         self._folder = recordings / FOLDER
@@ -64,12 +58,7 @@ class GoalFolder:
                 self._goals[saved.name] = saved
 
     def save(self, name: str, scenario: str, goal: Goal) -> None:
-        """Save a goal; one that was saved under this name before is replaced.
-
-        Raises:
-            GoalRefused: The name is not allowed, there are too many, or the goal has no nodes.
-            OSError: It cannot be written.
-        """
+        """Save a goal; one that was saved under this name before is replaced."""
         if not NAME.fullmatch(name):
             raise GoalRefused(
                 f"{name[:60]!r} is no name of a goal; take up to 40 small letters, digits, - and _"
@@ -89,12 +78,7 @@ class GoalFolder:
         self._goals[name] = saved
 
     def delete(self, name: str) -> None:
-        """Delete a goal.
-
-        Raises:
-            GoalRefused: There is none of this name.
-            OSError: A file cannot be deleted.
-        """
+        """Delete a goal."""
         if name not in self._goals:
             raise GoalRefused(f"there is no goal {name[:60]!r}")
         for ending in ("json", "csv"):

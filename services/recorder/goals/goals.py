@@ -18,13 +18,6 @@ class Goals:
     """Named goals of one folder of recordings."""
 
     def __init__(self, scenario: Scenario, recordings: Path, door: Door) -> None:
-        """Create an empty list.
-
-        Args:
-            scenario: Scenario of the cell.
-            recordings: Folder of the recordings; it need not exist.
-            door: Refuses requests and files of others.
-        """
         self._door = door
         self._scenario = scenario.name
         self._folder = GoalFolder(recordings, door)
@@ -36,12 +29,7 @@ class Goals:
         self._folder.load()
 
     def step(self, requests: Sequence[GoalListRequest], now: int) -> Iterator[Publication]:
-        """Carry out requests; publish the list after each and once a second.
-
-        Args:
-            requests: Requests since the last step.
-            now: Present time [ns].
-        """
+        """Carry out requests; publish the list after each and once a second."""
         for request in requests:
             with self._door.guard(topics.GOAL_LIST_REQUEST.key) as outcome:
                 match request.action:

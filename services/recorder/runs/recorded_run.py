@@ -59,26 +59,14 @@ class RecordedRun:
         self._picture_waiting: Future[Publication] | None = None
 
     def read_motion(self, run: RunSummary) -> None:
-        """Begin to read the motion of a run.
-
-        Raises:
-            RunRefused: Its recording is gone, or too many wait.
-        """
+        """Begin to read the motion of a run."""
         if len(self._waiting) >= MAX_WAITING:
             raise RunRefused(f"{MAX_WAITING} runs wait to be read; try again when one is shown")
         files = self.files(run)
         self._waiting.append(self._thread.submit(self._readable_motion, run, files))
 
     def read_picture(self, run: RunSummary, seconds: float) -> None:
-        """Begin to read the picture of the camera nearest to a time.
-
-        Args:
-            run: The run.
-            seconds: Time since its start [s].
-
-        Raises:
-            RunRefused: Its recording is gone, or the time is none.
-        """
+        """Begin to read the picture of the camera nearest to a time."""
         if not abs(seconds) < 1e6:
             raise RunRefused(f"{seconds} s is no time of a run")
         files = self.files(run)
@@ -89,11 +77,7 @@ class RecordedRun:
         self._waiting.append(self._picture_waiting)
 
     def files(self, run: RunSummary) -> list[Path]:
-        """Return those recordings of a run that are left.
-
-        Raises:
-            RunRefused: There are none.
-        """
+        """Return those recordings of a run that are left."""
         files = [path_inside(self._recordings, name) for name in run.files]
         files = [path for path in files if path.is_file()]
         if not files:

@@ -36,12 +36,6 @@ class RunFolder:
     """Runs of a folder of recordings."""
 
     def __init__(self, recordings: Path, door: Door | None = None) -> None:
-        """Create an empty list.
-
-        Args:
-            recordings: Folder of the recordings; it need not exist.
-            door: Refuses files that are none; by default one of its own.
-        """
         self._door = door or Door()
         self._recordings = recordings
         self._folder = recordings / FOLDER
@@ -57,9 +51,6 @@ class RunFolder:
         """List the newest runs that are not listed yet, as other processes may have written some.
 
         A file that is none is left out and logged.
-
-        Args:
-            now: Present time [ns].
         """
         try:
             changed = self._folder.stat().st_mtime_ns
@@ -89,23 +80,14 @@ class RunFolder:
         return [run.summary for run in runs]
 
     def keep(self, run: RunFile) -> None:
-        """Write a run; note and star that it has already stay.
-
-        Raises:
-            OSError: It cannot be written.
-        """
+        """Write a run; note and star that it has already stay."""
         if kept := self._runs.get(run.summary.id):
             run.summary.note, run.summary.star = kept.summary.note, kept.summary.star
         self._write(run)
         self._forget_oldest()
 
     def annotate(self, id: str, note: str, star: bool) -> None:
-        """Set note and star of a run.
-
-        Raises:
-            RunRefused: There is no such run, or the note is too long.
-            OSError: It cannot be written.
-        """
+        """Set note and star of a run."""
         if len(note) > MAX_NOTE_LENGTH:
             raise RunRefused(f"the note has {len(note)} characters, more than {MAX_NOTE_LENGTH}")
         run = RunFile()
@@ -114,12 +96,7 @@ class RunFolder:
         self._write(run)
 
     def delete(self, id: str, open_file: str = "") -> None:
-        """Delete a run, and its recordings unless another run is in them.
-
-        Raises:
-            RunRefused: There is no such run, or it is being recorded.
-            OSError: A file cannot be deleted.
-        """
+        """Delete a run, and its recordings unless another run is in them."""
         summary = self.named(id).summary
         if not summary.over or open_file in summary.files:
             raise RunRefused(f"{id} is being recorded; wait until its file is closed")
@@ -132,11 +109,7 @@ class RunFolder:
         self.revision += 1
 
     def named(self, id: str) -> RunFile:
-        """Return a run.
-
-        Raises:
-            RunRefused: There is no such run.
-        """
+        """Return a run."""
         if id not in self._runs:
             raise RunRefused(f"there is no run {id[:100]!r}")
         return self._runs[id]
@@ -163,13 +136,7 @@ class RunFolder:
 
 
 def recordings_of_runs(recordings: Path, besides: str = "", starred: bool = False) -> set[str]:
-    """Return the names of the recordings of runs, listed or not.
-
-    Args:
-        recordings: Folder of the recordings.
-        besides: Id of a run that does not count.
-        starred: Whether only runs with a star count.
-    """
+    """Return the names of the recordings of runs, listed or not, besides those of one run."""
     names: set[str] = set()
     for path in (recordings / FOLDER).glob("*.json"):
         with suppress(OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
@@ -180,11 +147,7 @@ def recordings_of_runs(recordings: Path, besides: str = "", starred: bool = Fals
 
 
 def _check(run: RunFile) -> None:
-    """Check what a file holds as its readers on the bus check it: one run must not spoil the list.
-
-    Raises:
-        ValueError: They would refuse it.
-    """
+    """Check a file as its readers on the bus check it: one run must not spoil the list."""
     if (size := run.summary.ByteSize()) > MAX_SUMMARY_SIZE:
         raise ValueError(f"its summary has {size} bytes, more than {MAX_SUMMARY_SIZE}")
     validation.decode(topics.RUN_LIST, RunList(runs=[run.summary]).SerializeToString())

@@ -27,13 +27,6 @@ class Runs:
     """Runs of one folder of recordings."""
 
     def __init__(self, scenario: Scenario, recordings: Path, door: Door) -> None:
-        """Create an empty list.
-
-        Args:
-            scenario: Scenario of the cell.
-            recordings: Folder of the recordings; it need not exist.
-            door: Refuses requests and files of others.
-        """
         self._door = door
         self._log = RunLog(scenario)
         self._folder = RunFolder(recordings, door)
@@ -68,11 +61,6 @@ class Runs:
         """Carry out requests; publish the list on change and once a second.
 
         Curves, motion, pictures and videos are published on request.
-
-        Args:
-            requests: Requests since the last step.
-            open_file: Name of the recording that is being written; empty without one.
-            now: Present time [ns].
         """
         if open_file:
             self._log.take_file(open_file)

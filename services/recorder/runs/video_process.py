@@ -52,22 +52,13 @@ class VideoProcess:
     """Maker of one video at a time; what has become of it is published by the next step."""
 
     def __init__(self, settings: Sequence[str] = ()) -> None:
-        """Prepare without a process.
-
-        Args:
-            settings: Further arguments of the process, such as `--settings.rate 5`.
-        """
+        """Prepare without a process, whose further arguments are `settings`."""
         self._settings = settings
         self._making: _Making | None = None
         self._publish_time = 0
 
     def start(self, run: RunSummary, files: Sequence[Path]) -> None:
-        """Begin to make the video of a run.
-
-        Raises:
-            RunRefused: Another video is being made, the run is too long, or PyAV is missing.
-            OSError: The process cannot be started.
-        """
+        """Begin to make the video of a run."""
         if self._making is not None:
             raise RunRefused(
                 f"the video of {self._making.run} is being made; wait for it or cancel it"
@@ -102,11 +93,7 @@ class VideoProcess:
             self._making.process.kill()
 
     def take(self, now: int) -> Iterator[Publication]:
-        """Yield how far the video is, once a second, and the video once it is made.
-
-        Args:
-            now: Present time [ns].
-        """
+        """Yield how far the video is, once a second, and the video once it is made."""
         if (making := self._making) is None:
             return
         words = (making.output.read() or b"").split()

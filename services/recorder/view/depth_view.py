@@ -37,12 +37,7 @@ class DepthView:
             self._calibration = payload
 
     def draw(self, now: int, again: bool) -> Iterator[Publication]:
-        """Draw the newest image if it is due.
-
-        Args:
-            now: Present time [ns].
-            again: Whether to draw it even if it is drawn already, for viewers that come late.
-        """
+        """Draw the newest image if it is due, or again, for viewers that come late."""
         due = now - self._drawn >= DEPTH_PERIOD and (self._is_new or again)
         if not (due and self._depth and self._calibration):
             return

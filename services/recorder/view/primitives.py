@@ -112,15 +112,7 @@ def add_body(
     size: tuple[float, ...],
     color: tuple[float, ...],
 ) -> None:
-    """Add a body to an entity.
-
-    Args:
-        entity: The entity.
-        pose: Pose of the body's centre in the entity's frame.
-        shape: box, cylinder (about z) or sphere.
-        size: Edge lengths of a box; radius and length of a cylinder; radius of a sphere [m].
-        color: Red, green, blue, alpha [-].
-    """
+    """Add a body: a box of edge lengths, a cylinder about z of radius and length, or a sphere."""
     place, shade = pose_message(pose), colors.message(color)
     match shape:
         case "box":

@@ -30,11 +30,7 @@ def drivers_of(
     emulators: Mapping[Side, str],
     links: Mapping[Side, Link],
 ) -> tuple[Driver, Driver]:
-    """Create the drivers of the left and the right end.
-
-    Raises:
-        ConfigurationError: An arm cannot be reached, by kinematics or by address.
-    """
+    """Create the drivers of the left and the right end."""
     left, right = (
         _driver(scenario, side, start, links.get(side), emulators.get(side, ""))
         for side, start in zip(SIDES, starts, strict=True)

@@ -44,15 +44,7 @@ class JointArmDriver:
         kinematics: UrdfKinematics,
         limits: Limits,
     ) -> None:
-        """Create the driver of an arm.
-
-        Args:
-            name: Name of the driver in the scenario.
-            arm: The arm.
-            extension: Class of the arm, for faults.
-            kinematics: The arm at its place in the cell.
-            limits: Limits of the cell.
-        """
+        """Create the driver of an arm; `extension` is its class, for faults."""
         facts = arm.facts
         self._arm, self._extension, self._kinematics = arm, extension, kinematics
         self.name = name

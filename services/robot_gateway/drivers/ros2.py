@@ -111,11 +111,7 @@ class Ros2Arm:
     facts = ArmFacts(tracking_limit=0.03)
 
     def __init__(self, setup: ArmSetup) -> None:
-        """Create the arm; its thread joins the graph with the first step.
-
-        Raises:
-            ConfigurationError: The address names no controller.
-        """
+        """Create the arm; its thread joins the graph with the first step."""
         self._router, self._controller = _address(setup)
         self._domain = environment_domain()
         self._names = [joint.name for joint in Urdf(setup.urdf).chain(setup.flange)]

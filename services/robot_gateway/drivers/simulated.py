@@ -46,11 +46,7 @@ class SimulatedArm:
     facts = ArmFacts(simulated=True, force_sensing=False)
 
     def __init__(self, setup: ArmSetup, settings: SimulatedArmSettings | None = None) -> None:
-        """Create the arm at the scenario's start, with its power off.
-
-        Raises:
-            ConfigurationError: MuJoCo is not installed.
-        """
+        """Create the arm at the scenario's start, with its power off."""
         # Imported late: the gateway of any other arm runs without MuJoCo.
         try:
             import mujoco

@@ -58,11 +58,7 @@ TO_ROOT = np.array([-1.0, -1.0, 1.0])
 
 
 def ur_rtde() -> Any:
-    """Return the modules of the installed `ur_rtde`.
-
-    Raises:
-        ConfigurationError: It is not installed.
-    """
+    """Return the modules of the installed `ur_rtde`."""
     names = ("rtde_control", "rtde_receive", "dashboard_client", "rtde_io")
     try:
         return SimpleNamespace(**{name: import_module(name) for name in names})
@@ -92,15 +88,7 @@ class UrArm:
     facts = ArmFacts(force_sensing=True)
 
     def __init__(self, setup: ArmSetup, library: Any = None) -> None:
-        """Create the arm; its thread begins with the first step.
-
-        Args:
-            setup: Address of the controller.
-            library: `ur_rtde`; by default the installed one.
-
-        Raises:
-            ConfigurationError: `ur_rtde` is not installed.
-        """
+        """Create the arm, by the installed library; its thread begins with the first step."""
         self._library = library or ur_rtde()
         self._host, self._joint_speed = setup.address, setup.joint_speed
         self._lock = threading.Lock()

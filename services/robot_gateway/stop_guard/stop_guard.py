@@ -40,12 +40,9 @@ class StopGuard:
     def report(
         self, connection: socket.socket | None, commands: tuple[str, str], moving: bool
     ) -> None:
-        """Report one tick.
+        """Report one tick, with the commands that stop the arm and that take its power.
 
-        Args:
-            connection: Connection to the arm's command port; None while there is none.
-            commands: Command that stops the arm, and the one that takes its power.
-            moving: Whether the arm moves, so that it is stopped when reports cease.
+        An arm that moves is stopped when reports cease.
         """
         if self._channel is None and (connection is None or not self._start()):
             return

@@ -195,11 +195,9 @@ class Cr5Client:
             self._queue.append(text)
 
     def servo_pose(self, vector: np.ndarray, t: float) -> None:
-        """Send a servo point for the flange.
+        """Send a servo point for the flange: X, Y, Z [mm], Rx, Ry, Rz [deg], reached in t [s].
 
-        Args:
-            vector: X, Y, Z [mm], Rx, Ry, Rz [deg].
-            t: Time in which to reach it [s]; V3 takes none and needs about 0.1 s.
+        V3 takes no t and needs about 0.1 s.
         """
         self._send_point("ServoP", vector, f",t={t:.3f}" if self.firmware == "v4" else "")
 

@@ -57,13 +57,7 @@ class Cr5Driver:
     ) -> None:
         """Create the driver; the connection is opened by the first steps.
 
-        Args:
-            link: Access to the arm's ports.
-            kinematics: The arm at its place in the cell.
-            limits: Limits of the cell.
-            emulated: Whether the arm is an emulator, which can be placed at a pose.
-            tool_output: Tool output that closes the gripper.
-            settings: Settings to apply when the arm is enabled.
+        `emulated`: whether the arm can be placed at a pose; `tool_output` closes the gripper.
         """
         self._emulated, self.reaches_hardware = emulated, not emulated
         self.joint_constraints: JointConstraints | None = JointConstraints(kinematics, limits)

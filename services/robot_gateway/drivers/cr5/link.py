@@ -60,10 +60,7 @@ class Link(Protocol):
     def guard(self, stream: ByteStream | None, commands: tuple[str, str], moving: bool) -> None:
         """Report a step to who stops the device when steps cease; a simulated one needs nobody.
 
-        Args:
-            stream: Stream that takes the commands; None while there is none.
-            commands: Command that stops the device, and the one that takes its power.
-            moving: Whether the device moves.
+        Commands: the one that stops the device, and the one that takes its power.
         """
         ...
 

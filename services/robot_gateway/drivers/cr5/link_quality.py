@@ -20,13 +20,7 @@ class LinkQuality:
         """End and length of each gap that no later one exceeds [ns], the longest one first."""
 
     def update(self, received: int | None, count: int, now: int) -> None:
-        """Advance to a time.
-
-        Args:
-            received: Time of the newest packet [ns]; None before the first.
-            count: Number of packets up to it; several may come at once.
-            now: Present time [ns].
-        """
+        """Advance to a time [ns], with the newest packet's and the number of packets up to it."""
         if received is not None and (not self._arrivals or received > self._arrivals[-1][0]):
             if self._arrivals:
                 gap = received - self._arrivals[-1][0]

@@ -39,9 +39,6 @@ class TcpLink:
         """Resolve the address.
 
         A name is resolved once, here: no look-up may block while arms move.
-
-        Raises:
-            ConfigurationError: The name cannot be resolved.
         """
         try:
             (_, _, _, _, address), *_ = socket.getaddrinfo(host, None, socket.AF_INET)

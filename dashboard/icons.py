@@ -23,14 +23,7 @@ def share_archive() -> None:
 
 @functools.cache
 def svg(name: viser.IconName) -> str:
-    """Return an icon as an `<svg>` element.
-
-    Args:
-        name: Name of the icon, as in `viser.Icon`.
-
-    Raises:
-        KeyError: There is no such icon.
-    """
+    """Return an icon of `viser.Icon` as an `<svg>` element; KeyError where there is none."""
     return _archive().read(f"{name}.svg").decode()
 
 

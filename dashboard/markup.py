@@ -24,11 +24,6 @@ def note_html(text: str) -> str:
 
 
 def paragraph_html(text: str, weight: int = 400) -> str:
-    """HTML of a paragraph in a dialog.
-
-    Args:
-        text: The paragraph.
-        weight: CSS weight of the font.
-    """
+    """HTML of a paragraph in a dialog, in a CSS weight."""
     style = f"margin:.4em 1em;font-weight:{weight};overflow-wrap:anywhere"
     return f"<div style='{style}'>{text_html(text)}</div>"

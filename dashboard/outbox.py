@@ -142,13 +142,9 @@ class Outbox:
         turns: float,
         pull: tuple[int, Float64[np.ndarray, "3"]] | None = None,
     ) -> str:
-        """Queue a request for the rod's rest shape between two grips and return its id.
+        """Request the rod's rest shape between two grips with whole turns of twist; return the id.
 
-        Args:
-            left: Left grip.
-            right: Right grip.
-            turns: Whole turns of twist in the rod.
-            pull: Node and place to which it is pulled [m], to which the grips give way.
+        A pull is a node and its place, to which the grips give way.
         """
         message = GoalDraft(left=grip(left), right=grip(right), turns=turns)
         if pull is not None:
@@ -186,17 +182,7 @@ class Outbox:
         stack: StackState | None = None,
         goals: GoalList | None = None,
     ) -> list[Notification]:
-        """Return refusals of this page's requests and missing answers, each of them once.
-
-        Args:
-            now: Present time [ns].
-            task: Newest state of the controller.
-            scene: Newest state of perception.
-            arms: States of the gateway since the last call.
-            runs: Newest list of the recorder.
-            stack: Newest state of the launcher.
-            goals: Newest list of named goals, the recorder's too.
-        """
+        """Return refusals of this page's requests and missing answers, each of them once."""
         answers = [("robot gateway", a.last_command, a.refusal) for a in arms]
         if task is not None:
             answers.append(("controller", task.last_request, task.refusal))

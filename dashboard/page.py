@@ -222,12 +222,7 @@ class Page:
         self._actions.run()
 
     def update(self, inbox: Inbox, now: int) -> None:
-        """Take new messages and draw them.
-
-        Args:
-            inbox: Messages received so far.
-            now: Present time [ns].
-        """
+        """Take new messages and draw them."""
         task, task_age = latest_with_age(inbox, topics.TASK_STATE, now)
         arms = [r.message for r in inbox.every(topics.ARM_STATE)]
         scene, _ = latest_with_age(inbox, topics.SCENE_STATE, now)

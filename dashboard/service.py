@@ -96,9 +96,5 @@ class DashboardService:
 def build(
     scenario: Scenario, session: str, options: DashboardOptions | None = None
 ) -> DashboardService:
-    """Build the dashboard of a scenario.
-
-    Raises:
-        ConfigurationError: The port is taken, or the options admit nobody or too many.
-    """
+    """Build the dashboard of a scenario."""
     return DashboardService(with_own_urdfs(scenario), session, options or DashboardOptions())

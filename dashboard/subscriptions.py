@@ -68,13 +68,7 @@ STALE_AGE = 2.5
 
 
 def latest_with_age(inbox: Inbox, topic: Topic, now: int) -> tuple[Any, float]:
-    """Return the newest message of a topic and its age [s]; None and 0 before the first.
-
-    Args:
-        inbox: Messages received so far.
-        topic: Topic to look up.
-        now: Present time [ns].
-    """
+    """Return the newest message of a topic and its age [s]; None and 0 before the first."""
     item = inbox.latest(topic)
     return (None, 0.0) if item is None else (item.message, (now - item.received) / SECOND)
 
@@ -97,12 +91,7 @@ SOURCES = (
 
 
 def silence(inbox: Inbox, now: int) -> str:
-    """Return which services have fallen silent, and for how long; empty when all are heard.
-
-    Args:
-        inbox: Messages received so far.
-        now: Present time [ns].
-    """
+    """Return which services have fallen silent, and for how long; empty when all are heard."""
     ages = {name: latest_with_age(inbox, topic, now)[1] for topic, name in SOURCES}
     silent = [name for name, age in ages.items() if age > STALE_AGE]
     if not silent:

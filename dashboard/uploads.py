@@ -34,14 +34,7 @@ class Uploads:
         read: Callable[[bytes], Value],
         then: Callable[[Value], None],
     ) -> None:
-        """Read a file, and act on what it holds in the next step; say so if it is refused.
-
-        Args:
-            file: The file.
-            kind: What it should be, e.g. "a goal".
-            read: Reads its content; any exception refuses it.
-            then: Action.
-        """
+        """Read a file of a kind, and act on it in the next step; say so if it is refused."""
         self._thread.submit(self._read, file, kind, read, then)
 
     def _read(

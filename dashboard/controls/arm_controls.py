@@ -82,12 +82,7 @@ class ArmControls:
         self._outbox.command_arms(action, self._newest, label, **fields)
 
     def update(self, arms: ArmStates | None, age: float) -> None:
-        """Show the state of the gateway and the buttons that apply to it.
-
-        Args:
-            arms: Newest state of the gateway.
-            age: Its age [s].
-        """
+        """Show the state of the gateway and the buttons that apply to it."""
         line = status_text.gateway_status(arms, age)
         if line != self._shown:
             self._shown = line

@@ -23,10 +23,6 @@ class FirstSteps:
     """Follows what people do with the cell, by the states that its services publish."""
 
     def __init__(self, simulated: bool) -> None:
-        """
-        Args:
-            simulated: Whether no arm of the cell is real.
-        """
         self._simulated = simulated
         self._heard = self._armed = self._started = self._held = self._resumed = False
         self._goal_revision: int | None = None
@@ -35,13 +31,7 @@ class FirstSteps:
     def update(
         self, task: TaskState | None, arms: ArmStates | None, missing: Sequence[str]
     ) -> list[FirstStep]:
-        """Take the newest states and return the steps in their order.
-
-        Args:
-            task: Newest state of the controller; None before the first.
-            arms: Newest state of the gateway; None before the first.
-            missing: Services of the loop that have never been heard of.
-        """
+        """Take the newest states and the services never heard of; return the steps in order."""
         self._heard |= not missing and task is not None and arms is not None
         if arms is not None:
             stopped = arms.needs_acknowledgement or arms.needs_resume

@@ -35,10 +35,6 @@ class HoldPath:
     writes = topics.ARM_COMMAND
 
     def __init__(self, session: str) -> None:
-        """
-        Args:
-            session: Id of this start of the process.
-        """
         self.newest = ArmStates()
         """Newest state of the gateway that a step has seen."""
         self._session = session

@@ -68,16 +68,6 @@ class RunControls:
         simulated: bool,
         command: Callable[[ArmCommand.Action, str], None],
     ) -> None:
-        """Add the elements to the page.
-
-        Args:
-            gui: The page's GUI.
-            actions: Queue of what people ask for.
-            outbox: Requests to other services.
-            live: Whether there is a cell, and not a recording.
-            simulated: Whether no arm of the cell is real.
-            command: Sends a command to the arms.
-        """
         self._outbox, self._live, self._simulated = outbox, live, simulated
         self._command = command
         self.headline = gui.add_html(_headline_html(status_text.headline(None, 0.0, None)))
@@ -156,14 +146,7 @@ class RunControls:
     def update(
         self, headline: StatusLine, task: TaskState | None, arms: ArmStates | None, now: int
     ) -> None:
-        """Show the state of the cell and what can be done.
-
-        Args:
-            headline: Line to show on top of the page.
-            task: Newest state of the controller.
-            arms: Newest state of the gateway.
-            now: Present time [ns].
-        """
+        """Show the state of the cell and what can be done."""
         is_due = _state(headline) != _state(self._shown) or not (
             0 <= now - self._shown_time < NUMBERS_PERIOD
         )
@@ -190,13 +173,7 @@ class RunControls:
 
 
 def next_step(task: TaskState | None, arms: ArmStates | None, simulated: bool) -> str:
-    """Label of the button that a person would press next; empty if there is nothing to press.
-
-    Args:
-        task: Newest state of the controller.
-        arms: Newest state of the gateway.
-        simulated: Whether no arm of the cell is real.
-    """
+    """Label of the button that a person would press next; empty if there is nothing to press."""
     if task is None or arms is None:
         return ""
     if arms.needs_acknowledgement:

@@ -59,17 +59,7 @@ def headline(
     simulated: bool = False,
     facts: Sequence[str] = (),
 ) -> StatusLine:
-    """State of the whole cell in one line.
-
-    Args:
-        task: Newest state of the controller.
-        task_age: Its age [s].
-        arms: Newest state of the gateway.
-        rope: Newest perceived rope.
-        unheard: Services of the loop that have never been heard of.
-        simulated: Whether no arm of the cell is real.
-        facts: What is laid of a cable, and what is certain of the path; empty ones are left out.
-    """
+    """State of the whole cell in one line; empty `facts` are left out."""
     if task is None:
         names = ", ".join(name.replace("_", " ") for name in unheard)
         missing = f"Nothing is heard from: {names}. lariat up starts them all." if names else ""
@@ -112,13 +102,7 @@ def headline(
 
 
 def laid(task: TaskState, held: Sequence[str], limit: float | None) -> str:
-    """How many clips of the goal's route hold the cable, and how much it is pulled.
-
-    Args:
-        task: Newest state of the controller.
-        held: Clips that hold the cable.
-        limit: Largest tension of the cable [N]; None where none is too large.
-    """
+    """How many clips of the goal's route hold the cable, and how much it is pulled; `limit` [N]."""
     text = f"{len(held)} of {len(clip_names(task.goal.route))} clips laid"
     return text if limit is None else f"{text}, tension {task.tension:.2f} of {limit:g} N"
 
@@ -152,12 +136,7 @@ def _arms_obstruction(arms: ArmStates | None, simulated: bool) -> str:
 
 
 def gateway_status(arms: ArmStates | None, age: float) -> StatusLine:
-    """Mode of the gateway, with its reason, the violated rule and the alarms of the arms.
-
-    Args:
-        arms: Newest state of the gateway.
-        age: Its age [s].
-    """
+    """Mode of the gateway, with its reason, the violated rule and the alarms of the arms."""
     if arms is None:
         return StatusLine("Waiting for the robot gateway", palette.QUIET)
     if age > STALE_AGE:

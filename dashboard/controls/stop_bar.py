@@ -82,16 +82,7 @@ class StopBar:
         steps: Sequence[FirstStep] = (),
         activity: str = "",
     ) -> str | None:
-        """Do what people asked for, and return the bar's new status when it is due.
-
-        Args:
-            newest: Newest state of the gateway.
-            age: Its age [s].
-            now: Present time [ns].
-            silent: Services that have fallen silent, in words; empty when all are heard.
-            steps: Lines of the guide.
-            activity: Words about another cell that is about to be started; empty if none is.
-        """
+        """Do what people asked for, and return the bar's new status when it is due."""
         self._now, self._newest = now, newest
         self._holds.newest = newest or ArmStates()
         self._actions.run()

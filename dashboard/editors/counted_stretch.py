@@ -113,11 +113,7 @@ class CountedStretch:
         return None if whole else (begin, end)
 
     def counted(self, nodes: Float64[np.ndarray, "n 3"]) -> Bool[np.ndarray, "n"]:
-        """Return which nodes of a shape count.
-
-        Args:
-            nodes: Nodes of the whole rope [m].
-        """
+        """Return which nodes of a shape count."""
         if self.ends_only and len(nodes):
             return polylines.ends_of(len(nodes))
         if self.part is None or self.problem:

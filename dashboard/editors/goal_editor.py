@@ -62,17 +62,6 @@ class GoalEditor:
         uploads: Uploads,
         simulated: bool,
     ) -> None:
-        """Add the elements to the page.
-
-        Args:
-            server: Server of the page.
-            scenario: Cell whose goal is edited.
-            actions: Queue of what people ask for.
-            outbox: Requests to other services.
-            view: Scene in which goal and preview are drawn.
-            uploads: Files that people bring.
-            simulated: Whether no arm of the cell is real.
-        """
         self._scenario = scenario
         self._outbox = outbox
         self._view = view
@@ -343,13 +332,7 @@ class GoalEditor:
         self._status.content = status_text.as_html(line, size="0.95em", margin="0.3em 1em")
 
     def update(self, task: TaskState | None, preview: GoalPreview | None, now: int) -> None:
-        """Show the task's goal, send a draft of what was changed, show its preview.
-
-        Args:
-            task: Newest state of the controller.
-            preview: The controller's newest answer to a draft.
-            now: Present time [ns].
-        """
+        """Show the task's goal, send a draft of what was changed, show its preview."""
         if task is not None and task.goal_revision != self._goal_revision:
             self._take_goal(goal_of(task.goal), task.goal_revision)
         if not self.editing:

@@ -62,14 +62,7 @@ class GoalShortcuts:
         arms: ArmStates | None,
         editing: bool = False,
     ) -> None:
-        """Take the present goal and the present shape, and show what can be done with them.
-
-        Args:
-            task: Newest state of the controller.
-            rope: Newest perceived rope.
-            arms: Newest state of the gateway.
-            editing: Whether a goal is being edited.
-        """
+        """Take the present goal and the present shape, and show what can be done with them."""
         self._rope, self._arms = rope, arms
         if task is not None:
             self._turns = task.turns

@@ -32,11 +32,7 @@ def grip_angles(orientation: Float64[np.ndarray, "4"]) -> Float64[np.ndarray, "3
 
 
 def grip_orientation(angles: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "4"]:
-    """Return the orientation of a grip, wxyz.
-
-    Args:
-        angles: Yaw, pitch and roll [rad].
-    """
+    """Return the orientation of a grip, wxyz, of yaw, pitch and roll [rad]."""
     yaw, pitch, roll = (float(a) for a in angles)
     about_rope = poses.exponential(np.array([roll, 0.0, 0.0]))
     return poses.multiply(poses.multiply(_direction(yaw, pitch), about_rope), LEVEL_GRIP)

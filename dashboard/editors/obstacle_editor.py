@@ -295,17 +295,7 @@ def new_obstacle(
     position: tuple[float, float, float],
     names: Collection[str] = (),
 ) -> Obstacle:
-    """Create an obstacle that fills a box as well as its shape can, under a free name.
-
-    Args:
-        shape: One of `SOLIDS`.
-        size: Extents of the box along x, y and z [m].
-        position: Centre [m].
-        names: Names that are taken.
-
-    Raises:
-        ValueError: The shape is not one of `SOLIDS`.
-    """
+    """Create an obstacle that fills a box as well as its shape can, under a free name."""
     candidates = (f"{shape}-new-{k}" for k in range(1, len(names) + 2))
     name = next(c for c in candidates if c not in names)
     if shape not in SOLIDS:

@@ -99,11 +99,7 @@ class PullHandle:
         self._target, self._distance = None, np.inf
 
     def take_shape(self, nodes: Float64[np.ndarray, "n 3"]) -> bool:
-        """Take a previewed shape.
-
-        Returns:
-            Whether another answer may bring the node nearer to where it is pulled.
-        """
+        """Take a shape; return whether another answer may bring its node nearer to the pull."""
         self._nodes = nodes
         nearer = False
         if self._target is not None and len(nodes):

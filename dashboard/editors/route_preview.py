@@ -30,20 +30,13 @@ class RoutePreview:
         self._next: tuple[str, Shape, Sequence[Obstacle]] | None = None
 
     def request(self, draft: str, shape: Shape, obstacles: Sequence[Obstacle]) -> None:
-        """Request the preview of a draft in the place of all before it.
-
-        Args:
-            draft: Id of the draft.
-            shape: Ends and route.
-            obstacles: Obstacles of the scene, with the legs of clips.
-        """
+        """Request the preview of a draft in the place of all before it."""
         self._next = draft, shape, obstacles
 
     def news(self) -> str | GoalPreview | None:
         """Return what is being done, in words, or an answer; None where there is nothing new.
 
-        Raises:
-            EOFError: The process has died; another one begins with the next request.
+        EOFError: the process has died; another one begins with the next request.
         """
         if self._next is not None and not self._present:
             (self._present, *_), request, self._next = self._next, self._next, None

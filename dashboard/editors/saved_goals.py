@@ -68,12 +68,7 @@ class SavedGoals:
         self._save.on_click(lambda _: actions.put(self._request_save))
 
     def update(self, goals: GoalList | None, task: TaskState | None) -> None:
-        """Show the goals of the recorder's list.
-
-        Args:
-            goals: Newest list; None before the first.
-            task: Newest state of the controller.
-        """
+        """Show the goals of the recorder's list."""
         self._task = task
         unknown = goals is None or task is None or not task.goal.positions
         if self._save.disabled != unknown:

@@ -37,12 +37,7 @@ class CameraFeed:
         self._image.close()
 
     def update(self, inbox: Inbox, now: int) -> None:
-        """Take new images and ropes.
-
-        Args:
-            inbox: Messages received so far.
-            now: Present time [ns].
-        """
+        """Take new images and ropes."""
         if image := inbox.fresh(self._color):
             self._waiting[stamp_of(image.message)] = image.message
             if self._is_first:

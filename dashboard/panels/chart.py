@@ -48,14 +48,6 @@ def add_chart(
     """Add a chart with one line, and a dashed line for its limit if that has a label.
 
     The columns of its data are time, limit, the line and those of earlier runs.
-
-    Args:
-        gui: The page's GUI.
-        title: Quantity and unit.
-        label: Label of the line.
-        color: Colour of the line.
-        limit_label: Label of the limit.
-        with_earlier_runs: Whether `EARLIER_RUNS` more lines are drawn, dimmer with their age.
     """
     series: list[uplot.Series] = [{"label": "t [s]"}]
     if limit_label:
@@ -158,11 +150,7 @@ def comparison_series(names: Sequence[str]) -> tuple[uplot.Series, ...]:
 
 
 def overlay(curves: Sequence[Curve]) -> tuple[np.ndarray, ...]:
-    """Columns of a chart whose curves have times of their own.
-
-    Args:
-        curves: Times [s] and values of each curve.
-    """
+    """Columns of a chart whose curves have times of their own."""
     finite = [(t, values, np.isfinite(values)) for t, values in curves]
     drawn = [(t[mask], values[mask]) for t, values, mask in finite if np.any(mask)]
     times = np.unique(np.concatenate([np.zeros(0), *(t for t, _ in drawn)]))
@@ -177,12 +165,7 @@ def overlay(curves: Sequence[Curve]) -> tuple[np.ndarray, ...]:
 
 
 def with_marks(columns: tuple[np.ndarray, ...], times: Sequence[float]) -> tuple[np.ndarray, ...]:
-    """Return the columns of a chart with one more: upright lines at some times.
-
-    Args:
-        columns: Times [s], in order, and values, which the lines span.
-        times: Times of the lines [s]; those outside of the columns' times are left out.
-    """
+    """Return the columns of a chart with one more: upright lines at some times."""
     begin, end = columns[0][0], columns[0][-1]
     starts = np.unique([t for t in times if begin <= t <= end])
     marked = np.unique(np.concatenate([columns[0], starts, starts + MARK_WIDTH]))

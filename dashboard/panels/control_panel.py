@@ -71,12 +71,7 @@ class ControlPanel:
                 handle.value = self._unsent[key] = type(handle.value)(self._defaults[key])
 
     def update(self, task: TaskState | None, now: int) -> None:
-        """Send what people have changed, and show the controller's values.
-
-        Args:
-            task: Newest state of the controller.
-            now: Present time [ns].
-        """
+        """Send what people have changed, and show the controller's values."""
         if self._unsent and not 0 <= now - self._sent_time < SEND_PERIOD:
             self._sent_time = now
             for key, value in self._unsent.items():

@@ -28,12 +28,7 @@ class HealthPanel:
         self._update_time = 0
 
     def update(self, inbox: Inbox, now: int) -> None:
-        """Draw the newest messages, at most every `UPDATE_PERIOD`.
-
-        Args:
-            inbox: Messages received so far.
-            now: Present time [ns].
-        """
+        """Draw the newest messages, at most every `UPDATE_PERIOD`."""
         if now - self._update_time < UPDATE_PERIOD:
             return
         self._update_time = now

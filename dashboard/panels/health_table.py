@@ -23,14 +23,7 @@ class ServiceState:
 
 
 def service_state(health: Health | None, age: float, process: str = "") -> ServiceState:
-    """Judge the state of a service.
-
-    Args:
-        health: Its newest health message; None before the first.
-        age: Age of that message [s].
-        process: State of its process, from the launcher: starting, ready, frozen, restarting,
-            dead or stopped; empty without a launcher.
-    """
+    """Judge the state of a service by its newest health message and the launcher's word for it."""
     if process in ("dead", "stopped"):
         return ServiceState(process, palette.BAD)
     if process in ("starting", "restarting"):
@@ -57,13 +50,7 @@ def table_html(
     health: Mapping[str, tuple[Health, float]],
     stack: StackState | None,
 ) -> str:
-    """HTML table of all services.
-
-    Args:
-        names: Services in the order of their rows.
-        health: Newest health message and its age [s], by service.
-        stack: Processes as the launcher reports them; None without a launcher.
-    """
+    """HTML table of all services; `health` has message and age by service."""
     processes = {p.service: p for p in stack.processes} if stack is not None else {}
     services = list(names)
     order = services + [n for n in processes if n not in services]

@@ -123,11 +123,7 @@ class ParameterPanel:
         self._adapt.value = task.settings.get(ADAPT) == "true"
 
     def draw(self, now: float) -> None:
-        """Draw table and charts if they have changed, at most every `REFRESH_PERIOD`.
-
-        Args:
-            now: Present time [s].
-        """
+        """Draw table and charts if they have changed, at most every `REFRESH_PERIOD`."""
         if self._undrawn is None or now - self._draw_time < REFRESH_PERIOD:
             return
         self._draw_time = now

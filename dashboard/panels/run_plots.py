@@ -86,12 +86,7 @@ class RunPlots:
         self._result.content = note_html(result_text(message))
 
     def show_cost(self, plan: Plan, now: float) -> None:
-        """Show the cost of the present horizon, at most every `COST_PERIOD`.
-
-        Args:
-            plan: Newest plan of the controller.
-            now: Present time [s].
-        """
+        """Show the cost of the present horizon, at most every `COST_PERIOD`."""
         if 0.0 <= now - self._cost_time < COST_PERIOD:
             return
         self._cost_time = now
@@ -100,11 +95,7 @@ class RunPlots:
             self._cost.content = content
 
     def draw(self, now: float) -> None:
-        """Draw the charts if they have changed, at most every `REFRESH_PERIOD`.
-
-        Args:
-            now: Present time [s].
-        """
+        """Draw the charts if they have changed, at most every `REFRESH_PERIOD`."""
         if not self._stale or now - self._draw_time < REFRESH_PERIOD:
             return
         self._draw_time, self._stale = now, False
@@ -120,11 +111,9 @@ class RunPlots:
 
 
 def over_earlier_runs(curves: Sequence[Curve], limit: float) -> tuple[np.ndarray, ...]:
-    """Columns of a chart of runs.
+    """Times of all curves, limit, and values of the present run and `EARLIER_RUNS` earlier ones.
 
-    Returns:
-        Times of all curves, the limit, and values of the present run and `EARLIER_RUNS` earlier
-        ones; where there are fewer, the present one stands in their place.
+    Where there are fewer, the present one stands in their place.
     """
     times, *rows = overlay(curves)
     rows += rows[:1] * (1 + EARLIER_RUNS - len(rows))

@@ -11,11 +11,7 @@ from shared.messages import Health
 
 
 def oldest_ages(health: Mapping[str, tuple[Health, float]]) -> dict[str, tuple[float, str]]:
-    """Return the largest age of each topic [s], and the reader that sees it.
-
-    Args:
-        health: Newest health message and its age [s], by service.
-    """
+    """Return the largest age of each topic, and the reader that sees it, of messages with ages."""
     ages: dict[str, tuple[float, str]] = {}
     for name, (message, _) in health.items():
         for key, milliseconds in message.input_age_ms.items():
@@ -24,11 +20,7 @@ def oldest_ages(health: Mapping[str, tuple[Health, float]]) -> dict[str, tuple[f
 
 
 def ages_html(health: Mapping[str, tuple[Health, float]]) -> str:
-    """HTML table of topics with their largest age, coloured from `STALE_AGE` on.
-
-    Args:
-        health: Newest health message and its age [s], by service.
-    """
+    """HTML table of topics with their largest age, coloured from `STALE_AGE` on."""
     rows = []
     for key, (age, reader) in oldest_ages(health).items():
         color = palette.css(palette.WARNING if age > STALE_AGE else palette.QUIET)

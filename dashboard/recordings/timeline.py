@@ -29,11 +29,6 @@ class Timeline:
     """Inbox of a reader of some topics at any time of a recording."""
 
     def __init__(self, messages: Iterable[RecordedMessage], reads: Sequence[Topic]) -> None:
-        """Take the messages of a recording.
-
-        Raises:
-            ValueError: There is no message of these topics.
-        """
         self._reads = {t.key: t for t in reads}
         self._messages = [m for m in messages if m.key in self._reads]
         if not self._messages:
@@ -83,13 +78,7 @@ class Timeline:
 def thin_topic(
     messages: Iterable[RecordedMessage], key: str, period: int
 ) -> Iterator[RecordedMessage]:
-    """Drop messages of one topic that follow another one within a period.
-
-    Args:
-        messages: Messages in order of time, of any topics.
-        key: Topic to thin.
-        period: Least time between two of its messages [ns].
-    """
+    """Drop messages of one topic that follow another one within a period."""
     last = None
     for message in messages:
         if message.key == key:

@@ -32,11 +32,6 @@ class ArmView:
     def __init__(
         self, scene: viser.SceneApi, description: ArmDescription, base: Pose, side: Side
     ) -> None:
-        """Add the bodies of an arm.
-
-        Raises:
-            ValueError: The URDF cannot be read.
-        """
         # Imported late: the dashboard runs without Pinocchio.
         from lariat.arms.kinematics import load_arm
 
@@ -55,12 +50,7 @@ class ArmView:
         ]
 
     def update(self, joints: np.ndarray) -> None:
-        """Move the bodies.
-
-        Args:
-            joints: Joint angles from the base to the flange [rad]; others than the arm has are
-                ignored.
-        """
+        """Move the bodies by joint angles from the base on; others than it has are ignored."""
         # Imported late, as above.
         import pinocchio  # pyright: ignore[reportMissingImports]
 

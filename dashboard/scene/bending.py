@@ -15,9 +15,6 @@ def curvatures(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n"]:
     """Curvature at each node [1/m]: 2 tan(phi / 2) over the mean length of the two edges.
 
     phi is the angle between them. An end has the curvature of its neighbour; two nodes have none.
-
-    Args:
-        nodes: Node positions [m].
     """
     if len(nodes) < 3:
         return np.zeros(len(nodes))
@@ -32,11 +29,7 @@ def curvatures(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n"]:
 
 
 def bending_colors(nodes: Float64[np.ndarray, "n 3"]) -> UInt8[np.ndarray, "n 3"]:
-    """Colour of each node: from that of a straight rope to that of a bent one.
-
-    Args:
-        nodes: Node positions [m].
-    """
+    """Colour of each node: from that of a straight rope to that of a bent one."""
     weight = np.clip(LEAST_RADIUS * curvatures(nodes), 0.0, 1.0)[:, None]
     colors = (1.0 - weight) * np.array(palette.STRAIGHT) + weight * np.array(palette.BENT)
     return colors.round().astype(np.uint8)

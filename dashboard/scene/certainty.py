@@ -18,12 +18,7 @@ MAX_BEAD_RADIUS = 0.03
 
 
 def bead_radii(message: NodeChain, radius: float) -> Float64[np.ndarray, "n"]:
-    """Radius of the ball drawn at each node [m]: two standard deviations, at least the rope's.
-
-    Args:
-        message: Perceived rope.
-        radius: Radius of the rope [m].
-    """
+    """Radius of the ball drawn at each node [m]: two standard deviations, at least the rope's."""
     count = len(message.positions) // 3
     sigma = np.array(message.sigma) if len(message.sigma) == count else np.zeros(count)
     return np.clip(BEAD_SIGMAS * sigma, radius, max(radius, MAX_BEAD_RADIUS))

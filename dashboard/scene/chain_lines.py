@@ -17,13 +17,6 @@ class LinesView:
     """Set of coloured line segments, created when it first has some."""
 
     def __init__(self, scene: viser.SceneApi, name: str, thickness: float) -> None:
-        """Create a view without lines.
-
-        Args:
-            scene: Scene to draw in.
-            name: Path of the lines in the scene's tree.
-            thickness: Thickness on the screen [pixels].
-        """
         self._scene = scene
         self._name = name
         self._thickness = thickness
@@ -44,12 +37,7 @@ class LinesView:
     def show(
         self, points: Float64[np.ndarray, "m 2 3"], colors: UInt8[np.ndarray, "m 2 3"]
     ) -> None:
-        """Replace the lines.
-
-        Args:
-            points: Start and end of each segment [m].
-            colors: Colours there.
-        """
+        """Replace the lines by segments from start to end."""
         if self._handle is None:
             self._handle = self._scene.add_line_segments(
                 self._name, points, colors, thickness=self._thickness, thickness_units="screen"
@@ -69,13 +57,7 @@ class LinesView:
 def chain_segments(
     chains: Float64[np.ndarray, "k n 3"], weights: Float64[np.ndarray, "k"], color: Color
 ) -> tuple[Float64[np.ndarray, "m 2 3"], UInt8[np.ndarray, "m 2 3"]]:
-    """Return the segments of some chains and their colours.
-
-    Args:
-        chains: Node positions [m].
-        weights: Opacity of each chain: 0 is the colour of the table, 1 is `color` [-].
-        color: Colour of the chains.
-    """
+    """Return the segments of some chains and their colours: weight 0 is the colour of the table."""
     segments = np.stack([chains[:, :-1], chains[:, 1:]], axis=2)
     w = weights[:, None]
     faded = w * np.array(palette.linear(color)) + (1.0 - w) * np.array(
@@ -86,11 +68,7 @@ def chain_segments(
 
 
 def dashed(points: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "m 2 3"]:
-    """Return the segments of a dashed line, told apart from other lines without its colour.
-
-    Args:
-        points: Points along the line [m].
-    """
+    """Return the segments of a dashed line, told apart from other lines without its colour."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     segments = np.stack([points[:-1], points[1:]], axis=1)
     return segments[(along[:-1] // DASH_LENGTH) % 2 == 0]

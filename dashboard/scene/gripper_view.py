@@ -65,13 +65,7 @@ class GripperView:
         )
 
     def update(self, position: list[float], orientation: list[float], closed: bool) -> None:
-        """Move the gripper and its jaws.
-
-        Args:
-            position: Grip point in the world, x, y, z [m].
-            orientation: Orientation of the grip in the world, wxyz.
-            closed: Whether the gripper is closed.
-        """
+        """Move the gripper and its jaws."""
         shown_position, shown_orientation = self._pose
         if position != shown_position:
             self._frame.position = np.array(position)

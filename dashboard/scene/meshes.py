@@ -28,13 +28,7 @@ class Mesh(NamedTuple):
 
 
 def of_shape(shape: SolidName, *sizes: float, sides: int = 40) -> Mesh:
-    """Return the surface of a shape, in its frame.
-
-    Args:
-        shape: Name of the shape.
-        sizes: Sizes as the table of shapes packs them: half extents, or radius and half height [m].
-        sides: Number of facets around the axis.
-    """
+    """Return the surface of a shape, in its frame, of the sizes that the table of shapes packs."""
     packed = np.zeros(3)
     packed[: len(sizes)] = sizes
     mesh = SHAPES[shape].mesh(packed, sides).with_edges()
@@ -59,12 +53,7 @@ class Tube(NamedTuple):
 
 
 def tube(nodes: Float64[np.ndarray, "n 3"], radius: float) -> Tube:
-    """Place one cylinder along each segment of a chain.
-
-    Args:
-        nodes: Node positions [m].
-        radius: Radius of the tube [m].
-    """
+    """Place one cylinder along each segment of a chain."""
     edges = np.diff(nodes, axis=0)
     lengths = np.linalg.norm(edges, axis=1)
     # Coincident nodes have no direction; a cylinder without height may have any.

@@ -59,10 +59,6 @@ def initial_viewpoint(scenario: Scenario, aspect: float = FIRST_ASPECT) -> Viewp
     """Viewpoint above, with start, goal, obstacles and the fore of the arms in view.
 
     It is in front of the scene, turned about it where an arm would hide the rope.
-
-    Args:
-        scenario: Cell that is seen.
-        aspect: Width of the view over its height [-].
     """
     grips = [g.position for s in (scenario.start, scenario.goal) for g in scenario.grips(s)]
     centres = [o.position for o in scenario.bodies if o.shape != "half_space"]

@@ -130,12 +130,7 @@ class SceneView:
     def show_preview(
         self, message: GoalPreview | None, counted: Bool[np.ndarray, "n"] | None = None
     ) -> None:
-        """Draw the rod at rest between dragged grips.
-
-        Args:
-            message: The rod; None hides it.
-            counted: Nodes that count, if not all do.
-        """
+        """Draw the rod at rest between dragged grips."""
         nodes = chain(message.goal.positions) if message is not None else np.zeros((0, 3))
         if message is None or len(nodes) < 2:
             self._preview.hide()

@@ -23,14 +23,6 @@ class TubeView:
     def __init__(
         self, scene: viser.SceneApi, name: str, radius: float, opacity: float | None = None
     ) -> None:
-        """Create a tube without nodes.
-
-        Args:
-            scene: Scene to draw in.
-            name: Path of the tube in the scene's tree.
-            radius: Radius of the tube [m].
-            opacity: Opacity of the tube [-]; None for an opaque one.
-        """
         self._scene = scene
         self._name = name
         self._radius = radius
@@ -59,13 +51,7 @@ class TubeView:
         colors: Color | UInt8[np.ndarray, "n 3"],
         node_radii: Float64[np.ndarray, "n"] | None = None,
     ) -> None:
-        """Draw the chain.
-
-        Args:
-            nodes: Node positions [m].
-            colors: One colour for all nodes, or one for each.
-            node_radii: Radius of the ball at each node [m]; None for that of the tube.
-        """
+        """Draw the chain."""
         radii = np.full(len(nodes), self._radius) if node_radii is None else node_radii
         scales = np.repeat(radii[:, None], 3, axis=1).astype(np.float32)
         colors = np.broadcast_to(np.array(colors, np.uint8), (len(nodes), 3))

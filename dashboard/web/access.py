@@ -43,11 +43,7 @@ class Address:
 
 
 def parse_address(text: str) -> Address:
-    """Parse an address such as `https://lab.example:8443`.
-
-    Raises:
-        ValueError: It is not of this form.
-    """
+    """Parse an address such as `https://lab.example:8443`."""
     form = "an address has the form http://NAME:PORT or https://NAME:PORT"
     try:
         parts = urlsplit(text)

@@ -128,11 +128,7 @@ _decoder = msgspec.msgpack.Decoder(
 
 
 def decode(message: bytes) -> msgspec.Struct:
-    """Decode a message of a browser.
-
-    Raises:
-        ValueError: viser must not get it; the text says why.
-    """
+    """Decode a message of a browser."""
     try:
         return _decoder.decode(message)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:

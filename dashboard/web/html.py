@@ -63,15 +63,8 @@ def page(title: str, with_cell: bool, nonce: str) -> str:
     """HTML of viser's page, with title and icon of this one.
 
     The scripts of a cell come before all others, so that the stop bar's key handler is the first
-    that sees a key. viser's script unpacks another one, which it puts into the page.
-
-    Args:
-        title: Title of the window.
-        with_cell: Whether the page has a stop bar.
-        nonce: Word that tells the page's own scripts from any that a text brings along.
-
-    Raises:
-        RuntimeError: viser's page has no place for them.
+    that sees a key. viser's script unpacks another one, which it puts into the page. The nonce
+    tells the page's own scripts from any that a text brings along.
     """
     # The web server starts before anybody imports this one, which takes longer.
     import viser

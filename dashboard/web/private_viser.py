@@ -53,11 +53,6 @@ class PrivateViser:
     """A viser server, and the Unix socket on which it listens."""
 
     def __init__(self, title: str) -> None:
-        """Start the server.
-
-        Raises:
-            RuntimeError: This version of viser listens elsewhere.
-        """
         # Also the buffers of pages that connect later.
         _infra.AsyncMessageBuffer = MessageBuffer  # pyright: ignore[reportPrivateImportUsage]
         self._folder = TemporaryFolder("lariat-page-")

@@ -37,11 +37,6 @@ class Relay:
     """Relay of all pages to one viser server."""
 
     def __init__(self, controls: Controls | None = None) -> None:
-        """Create a relay.
-
-        Args:
-            controls: Decides which page may act; None where every page may.
-        """
         self.viser_socket: Path | None = None
         """Unix socket of the server; None before it listens."""
         self._controls = controls

@@ -18,11 +18,7 @@ MAX_FILE_SIZE = 4096
 
 
 def load_token(path: Path | None) -> str:
-    """Return the token in a file, or a new one, which the file then holds.
-
-    Raises:
-        ConfigurationError: The file is readable by others, or holds no token.
-    """
+    """Return the token in a file, or a new one, which the file then holds."""
     token = secrets.token_urlsafe(TOKEN_BYTES)
     if path is None:
         return token
@@ -38,11 +34,7 @@ def load_token(path: Path | None) -> str:
 
 
 def load_password(path: Path) -> str:
-    """Return the password in a file.
-
-    Raises:
-        ConfigurationError: The file is readable by others, or the password is too short.
-    """
+    """Return the password in a file."""
     return _first_line(path, MIN_PASSWORD_LENGTH)
 
 

@@ -26,16 +26,6 @@ class Site:
     """
 
     def __init__(self, options: DashboardOptions, title: str, cell: Cell | None = None) -> None:
-        """Start the web server.
-
-        Args:
-            options: Where the page is, and who may see it.
-            title: Title of the browser's window.
-            cell: Cell whose arms the page holds; None for a page that only shows.
-
-        Raises:
-            ConfigurationError: The port is taken, or the options admit nobody or too many.
-        """
         self._title = title
         self._private: PrivateViser | None = None
         self._web_server = WebServer(options, title, cell)

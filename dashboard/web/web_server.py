@@ -72,11 +72,6 @@ class WebServer:
         title: str,
         cell: Cell | None = None,
     ) -> None:
-        """Start the server.
-
-        Raises:
-            ConfigurationError: The port is taken, or the options admit nobody or too many.
-        """
         if not 0 <= options.port <= MAX_PORT:
             raise ConfigurationError(f"port {options.port} does not exist; give 0…{MAX_PORT}")
         addresses = _addresses(options)
@@ -117,11 +112,7 @@ class WebServer:
         self._thread.start()
 
     def open_page(self, viser_socket: Path) -> None:
-        """Serve the page from now on.
-
-        Args:
-            viser_socket: Unix socket on which the viser server listens.
-        """
+        """Serve the page of the viser server that listens on a Unix socket from now on."""
         self._relay.viser_socket = viser_socket
 
     def show(self, status: str) -> None:
@@ -200,11 +191,7 @@ class WebServer:
         return answer
 
     def _judge(self, request: web.Request) -> None:
-        """Refuse foreign names, foreign origins and those who were not admitted.
-
-        Raises:
-            HTTPException: The request is refused.
-        """
+        """Refuse foreign names, foreign origins and those who were not admitted."""
         host = request.headers.get("Host", "")
         address = self._access.address_of(host)
         if address is None:
@@ -300,11 +287,7 @@ class WebServer:
 
 
 def _addresses(options: DashboardOptions) -> list[Address]:
-    """Return the named addresses.
-
-    Raises:
-        ConfigurationError: One is no address, or would admit too many.
-    """
+    """Return the named addresses."""
     try:
         addresses = [parse_address(text) for text in options.address]
     except ValueError as error:

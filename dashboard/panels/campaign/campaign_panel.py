@@ -61,14 +61,8 @@ class CampaignPanel:
     ) -> None:
         """Add the elements to the page.
 
-        Args:
-            gui: The page's GUI.
-            scenario: Scenario that runs.
-            actions: Queue for clicks.
-            outbox: Destination of requests.
-            notify: Shows a notification on the page.
-            changes: Returns the settings that people have changed, with the present goal and
-                obstacles; None where one of them is not valid, which it has said.
+        `changes` returns the settings that people have changed, with the present goal and
+        obstacles; None where one of them is not valid, which it has said.
         """
         self._actions, self._outbox, self._notify = actions, outbox, notify
         self._changes = changes
@@ -126,12 +120,7 @@ class CampaignPanel:
         self._show_summary()
 
     def update(self, stack: StackState | None, campaign: CampaignState | None) -> None:
-        """Show the scenarios that can be run and the state of the campaign.
-
-        Args:
-            stack: Newest state of whoever runs the stack; None where nobody does.
-            campaign: Newest state of the campaign; None before the first.
-        """
+        """Show the scenarios that can be run and the state of the campaign."""
         names = () if stack is None else tuple(entry.name for entry in stack.scenarios)
         if tuple(self._scenario.options) != (RUNNING, *names):
             self._scenario.options = (RUNNING, *names)  # pyright: ignore[reportAttributeAccessIssue]
@@ -159,11 +148,7 @@ class CampaignPanel:
                 handle.content, handle.visible = content, bool(content)
 
     def _read_variations(self) -> list[Variation]:
-        """Return the settings that vary.
-
-        Raises:
-            ConfigurationError: A value is not valid, or a setting is chosen twice.
-        """
+        """Return the settings that vary."""
         variations = []
         for each in self._variations:
             if each.key.value == NOTHING:

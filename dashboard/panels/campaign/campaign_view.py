@@ -134,14 +134,7 @@ def _table(
     verdict: int,
     height: int,
 ) -> str:
-    """HTML of a table.
-
-    Args:
-        heads: Names of the columns.
-        rows: Cells of each row, and the colour of its verdict.
-        verdict: Column of the verdict.
-        height: Height from which on it scrolls [pixels].
-    """
+    """HTML of a table with the colour of each row's verdict; it scrolls above a height [pixels]."""
     head = "".join(
         f"<th style='text-align:left;font-weight:500;opacity:.6'>{escaped(h)}</th>" for h in heads
     )

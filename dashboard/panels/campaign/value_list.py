@@ -8,11 +8,7 @@ from lariat.files.toml_text import parse_toml
 
 
 def values_of(field: SettingField, text: str) -> list[str]:
-    """Return the values of a text such as "0.01, 0.02", each in TOML.
-
-    Raises:
-        ConfigurationError: There is none, one occurs twice, or one is not valid.
-    """
+    """Return the values of a text such as "0.01, 0.02", each in TOML."""
     values = [field.setting(item).partition("=")[2] for item in _items(text)]
     if not values:
         raise ConfigurationError(f"{field.key} varies; type its values with commas between them")

@@ -31,13 +31,7 @@ APPROACH = "Let the arms approach the start: keep the button in the bar pressed.
 
 
 def advice(rule: str, needs_acknowledgement: bool, needs_approach: bool) -> str:
-    """Return what to do about a stop; empty where it ends by itself.
-
-    Args:
-        rule: Rule that was broken; empty without one.
-        needs_acknowledgement: Whether a person must acknowledge.
-        needs_approach: Whether the arms must go to the start first.
-    """
+    """Return what to do about a stop; empty where it ends by itself."""
     if needs_approach:
         return APPROACH
     return ADVICE.get(rule, ACKNOWLEDGE if needs_acknowledgement else "")

@@ -132,12 +132,7 @@ class EventList:
         self._task_refusal = refusal
 
     def selected(self, level: Level, words: str) -> list[Event]:
-        """Return events, newest first.
-
-        Args:
-            level: Least level.
-            words: Text that source or text must contain, in any case; empty for all.
-        """
+        """Return events from a level on that contain words, in any case; newest first."""
         pattern = words.casefold()
         return [
             event

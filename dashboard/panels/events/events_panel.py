@@ -48,11 +48,7 @@ class EventsPanel:
             self._events.take_task(item.message)
 
     def draw(self, now: int) -> None:
-        """Draw the list if it has changed, at most every `UPDATE_PERIOD`.
-
-        Args:
-            now: Present time [ns].
-        """
+        """Draw the list if it has changed, at most every `UPDATE_PERIOD`."""
         state = self._events.revision, self._level, self._words
         if state == self._drawn or now - self._draw_time < UPDATE_PERIOD:
             return

@@ -120,11 +120,7 @@ class OpenedRun:
         self._save_picture.disabled = self._picture is None
 
     def update(self, now: int) -> None:
-        """Play on, and ask for the picture of the shown time.
-
-        Args:
-            now: Present time [ns].
-        """
+        """Play on, and ask for the picture of the shown time."""
         elapsed, self._step_time = (now - self._step_time) / SECOND, now
         if self._motion is None:
             return

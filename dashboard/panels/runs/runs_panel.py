@@ -129,12 +129,7 @@ class RunsPanel:
         self._draw()
 
     def update(self, runs: RunList | None, now: int) -> None:
-        """Show the recorder's list, and send a note that a person has finished typing.
-
-        Args:
-            runs: Newest list; None before the first.
-            now: Present time [ns].
-        """
+        """Show the recorder's list, and send a note that a person has finished typing."""
         self._send_note(now)
         self._opened.update(now)
         if runs is None or runs.stamp == self._stamp:

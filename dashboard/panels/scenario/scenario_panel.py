@@ -97,13 +97,7 @@ class ScenarioPanel:
     def update(
         self, stack: StackState | None, task: TaskState | None, obstacles: Sequence[Obstacle]
     ) -> None:
-        """Show the scenarios of the stack and the answer to the last request.
-
-        Args:
-            stack: Newest state of whoever runs the stack; None where nobody does.
-            task: Newest state of the controller.
-            obstacles: Present obstacles.
-        """
+        """Show the scenarios of the stack and the answer to the last request."""
         self._stack, self._task, self._obstacles = stack, task, obstacles
         shown = None if stack is None else stack.SerializeToString()
         if shown == self._shown:
@@ -245,11 +239,7 @@ class ScenarioPanel:
 
 
 def _real_arms(content: bytes) -> list[str]:
-    """Addresses of the real arms that a scenario file names; what is malformed is the stack's.
-
-    Raises:
-        ValueError: It is no TOML.
-    """
+    """Addresses of the real arms that a scenario file names; what is malformed is the stack's."""
     ends = parse_toml(content.decode()).get("ends")
     addresses = set()
     for side in SIDES:

@@ -54,11 +54,7 @@ class SettingField:
         return bounds if isinstance(bounds, Bounds) else None
 
     def setting(self, text: str) -> str:
-        """Return the setting of a text, as requests for scenarios take it.
-
-        Raises:
-            ConfigurationError: The text is no such value, or out of bounds.
-        """
+        """Return the setting of a text, as requests for scenarios take it."""
         value = text if self._is_text else parse_value(text)
         read_value(self.annotation, value, self.key)
         return f"{self.key}={_as_text(value, quoted=True)}"

@@ -17,17 +17,7 @@ SILENCE_TIMEOUT = 2 * SECOND
 
 
 def approach(client: Client, shown: ArmStates, distance: float, is_held: Callable[[], bool]) -> str:
-    """Let the arms go to the scenario's start for as long as a button is held.
-
-    Args:
-        client: Client of the running stack.
-        shown: State that the person saw.
-        distance: Distance that the person names [m].
-        is_held: Returns whether the person still holds the button.
-
-    Raises:
-        RequestFailed: The gateway refused, or did not answer.
-    """
+    """Let the arms go to the start, at a distance that the person saw, while the button is held."""
     states = client.bus.subscribe(topics.ARM_STATE)
     signs = client.matched_publisher(topics.ARM_CONSENT)
     command = client.send_to_arms(

@@ -11,11 +11,7 @@ from shared.runtime.live import HINT
 
 
 def check(scenario: Scenario, parts: Sequence[str]) -> None:
-    """Check that every library that the processes of a scenario import is installed.
-
-    Raises:
-        ConfigurationError: A library is missing; the text says how to install it.
-    """
+    """Check that every library that the processes of a scenario import is installed."""
     for part in parts:
         for library in _libraries(scenario, part):
             if find_spec(library) is None:

@@ -12,12 +12,7 @@ from stack.client import Client, RequestFailed
 
 
 def live_goal(scenario: Scenario, shape: Shape, client: Client) -> Goal:
-    """Goal of a shape; the controller computes the nodes of one given by its grips alone.
-
-    Raises:
-        RequestFailed: The controller does not answer, no rope reaches between the grips, or a part
-            of the rope does not take its shape.
-    """
+    """Goal of a shape; the controller computes the nodes of one given by its grips alone."""
     left, right = scenario.grips(shape)
     nodes = scenario.nodes(shape)
     if shape.leaves_grips_open or shape.route:

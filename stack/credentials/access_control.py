@@ -40,11 +40,7 @@ _RECEIVING = ("put", "declare_subscriber", "liveliness_token", "reply")
 
 
 def published_keys(user: str) -> list[str]:
-    """Return the key expressions of the topics that a user publishes.
-
-    Args:
-        user: One of `USERS`.
-    """
+    """Return the key expressions of the topics that a user publishes."""
     keys = []
     for topic in topics.TOPICS:
         if topic.owner == EVERY_SERVICE:

@@ -43,11 +43,7 @@ class Authority:
 
     @classmethod
     def create(cls, days: int) -> Authority:
-        """Create an authority with a new key.
-
-        Args:
-            days: Time for which its certificate is valid [d].
-        """
+        """Create an authority with a new key and a certificate for some days."""
         key = ec.generate_private_key(ec.SECP256R1())
         name = _name(AUTHORITY_NAME)
         builder = _builder(name, name, key.public_key(), days)
@@ -57,11 +53,7 @@ class Authority:
 
     @classmethod
     def load(cls, folder: Path) -> Authority:
-        """Load the authority that `save` wrote.
-
-        Raises:
-            ConfigurationError: The files cannot be read, or hold no authority.
-        """
+        """Load the authority that `save` wrote."""
         try:
             certificate = x509.load_pem_x509_certificate((folder / "certificate.pem").read_bytes())
             key = serialization.load_pem_private_key((folder / "key.pem").read_bytes(), None)
@@ -89,13 +81,9 @@ class Authority:
         return days_left(self.certificate)
 
     def sign(self, user: str, addresses: Sequence[str], days: int) -> Credential:
-        """Create the credential of a user.
+        """Create the credential of a user, by whose name access is controlled.
 
-        Args:
-            user: Name of the user, by which access is controlled.
-            addresses: Host names and IP addresses at which it may be reached; empty for a user that
-                only connects.
-            days: Time for which the certificate is valid [d].
+        Addresses: where it may be reached; empty for a user that only connects.
         """
         key = ec.generate_private_key(ec.SECP256R1())
         issuer = self._certificate.subject
@@ -114,11 +102,7 @@ class Authority:
 
 
 def check_address(address: str) -> None:
-    """Check the address of a router.
-
-    Raises:
-        ConfigurationError: It is neither an IP address nor a host name.
-    """
+    """Check the address of a router."""
     if _HOST_NAME.fullmatch(address):
         return
     try:

@@ -34,20 +34,7 @@ _TLS = "transport/link/tls"
 def make_credentials(
     folder: Path, addresses: Sequence[str], namespace: str, days: int, *, renew: bool = False
 ) -> list[str]:
-    """Make the credentials that are missing or about to expire.
-
-    Args:
-        folder: Folder of the credentials.
-        addresses: Host names and IP addresses of the router.
-        namespace: Name of the cell on the bus.
-        days: Time for which a certificate is valid [d].
-        renew: Whether all are made anew, the authority included.
-
-    Raises:
-        ConfigurationError: An argument is out of range, the folder cannot be written, or it holds a
-            broken authority.
-        BusError: The namespace names no cell.
-    """
+    """Make the credentials that are missing or about to expire."""
     check_namespace(namespace)
     if not 1 <= days <= MAX_DAYS:
         raise ConfigurationError(f"--days is {days}; give 1 to {MAX_DAYS}")

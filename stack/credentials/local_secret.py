@@ -34,14 +34,8 @@ _LOCAL_ENDPOINT = re.compile(r"tcp/(?:127\.0\.0\.1|localhost):(\d+)")
 def port_lock(port: int, about: str) -> Iterator[None]:
     """Hold the port of a hub for one stack of this user, before anything is written for it.
 
-    The lock ends with the process that holds it, however that ends.
-
-    Args:
-        port: The port.
-        about: What runs there, for whoever finds the port held.
-
-    Raises:
-        ConfigurationError: Another stack holds it, or the folder cannot be written.
+    The lock ends with the process that holds it, however that ends. `about` says what runs there,
+    for whoever finds the port held.
     """
     with _open_lock(port) as file:
         try:
@@ -61,11 +55,7 @@ def port_lock(port: int, about: str) -> Iterator[None]:
 
 
 def _open_lock(port: int) -> TextIO:
-    """Open the file whose lock stands for a port.
-
-    Raises:
-        ConfigurationError: The folder cannot be written, or another user can write it.
-    """
+    """Open the file whose lock stands for a port."""
     folder = _folder()
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -77,11 +67,7 @@ def _open_lock(port: int) -> TextIO:
 
 @contextmanager
 def local_secret(port: int) -> Iterator[Path]:
-    """Provide the settings with which processes join the stack at a port, and remove them.
-
-    Raises:
-        ConfigurationError: The folder cannot be written, or another user can write it.
-    """
+    """Provide the settings with which processes join the stack at a port, and remove them."""
     folder = _folder()
     settings, users = folder / f"{port}.json", folder / f"{port}.users"
     password = secrets.token_hex(PASSWORD_BYTES)
@@ -126,11 +112,7 @@ def _folder() -> Path:
 
 
 def _check_private(folder: Path) -> None:
-    """Check that nobody else can have written into a folder.
-
-    Raises:
-        PermissionError: It belongs to another user, or others may use it.
-    """
+    """Raise PermissionError where another user can have written into a folder."""
     state = folder.lstat()
     if not stat.S_ISDIR(state.st_mode) or state.st_uid != os.getuid() or state.st_mode & 0o077:
         raise PermissionError(

@@ -32,14 +32,7 @@ class ProcessConsole:
         """Number of lines that the terminal has not taken."""
 
     def print_line(self, name: str, text: str, level: str = "") -> None:
-        """Print one line.
-
-        Args:
-            name: Name of the process.
-            text: The line.
-            level: "error" or "warning", which are coloured; by default the word before the line's
-                first colon.
-        """
+        """Print a line of a process, coloured if its level or first word is error or warning."""
         text = plain_text(text)
         level = level or text.partition(":")[0]
         color = _LEVEL_COLORS.get(level)

@@ -68,15 +68,7 @@ class Launcher:
         switch: ScenarioManager | None = None,
         fork_server: ForkServer | None = None,
     ) -> None:
-        """Prepare the processes.
-
-        Args:
-            programs: Programs of the first scenario.
-            bus: Hub of the bus.
-            console: Prints what the processes print.
-            switch: Answers requests for other scenarios; without it there is one scenario.
-            fork_server: Forks the processes.
-        """
+        """Prepare the processes; without a switch there is one scenario."""
         self._fork_server = fork_server
         self._processes = [Process(program, fork_server) for program in programs]
         self._switch = switch
@@ -107,11 +99,7 @@ class Launcher:
     def run(self, when_ready: Callable[[float], None]) -> int:
         """Start all processes, keep them until a signal or a final failure, and end them.
 
-        Args:
-            when_ready: Called once, with the time until all processes were ready [s].
-
-        Returns:
-            0 after a signal; otherwise the exit code of the process that failed for good.
+        Returns 0 after a signal, else the exit code of the process that failed for good.
         """
         handled = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
         former = [signal.signal(number, self._signal) for number in handled]

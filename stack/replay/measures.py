@@ -44,11 +44,7 @@ class RecordedMeasures:
 
 
 def recorded_measures(recording: Recording, scenario: Scenario) -> RecordedMeasures:
-    """Compute the measures of the first run of a recording.
-
-    Raises:
-        ValueError: It cannot be read, or holds no run.
-    """
+    """Compute the measures of the first run of a recording."""
     began = time.monotonic()
     entries = list(recording.messages(READS))
     by_truth = any(entry.key == topics.ROPE_TRUTH.key for entry in entries)

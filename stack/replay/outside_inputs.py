@@ -51,11 +51,7 @@ class Subject(NamedTuple):
 def subject(
     name: str, scenario: Scenario, session: str, recording: Recording, recorded: RecordedService
 ) -> Iterator[Subject]:
-    """A service with what it needs from outside of the bus, closed when the block ends.
-
-    Raises:
-        NotReplayable: The recording lacks what came from outside.
-    """
+    """A service with what it needs from outside of the bus, closed when the block ends."""
     match name:
         case "camera":
             with _camera(scenario, session, recording) as camera:

@@ -53,12 +53,7 @@ class RecordedService:
     """What a recording holds of one service."""
 
     def __init__(self, recording: Recording, service: str) -> None:
-        """Read the whole recording.
-
-        Args:
-            recording: Opened with `Recording.open`, so that its metadata is known.
-            service: Name of the service.
-        """
+        """Read the whole of a recording that `Recording.open` opened."""
         self.starts: dict[str, Start] = {}
         """By the id of each process start that left a trace."""
         self.inputs: dict[tuple[str, str, int], Entry] = {}

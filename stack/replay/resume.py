@@ -43,17 +43,7 @@ STATES = (
 
 
 def scenario_at(recording: Recording, folder: Path, seconds: float) -> Scenario:
-    """Return the scenario that begins as a recording was at a moment.
-
-    Args:
-        recording: A run that Lariat has recorded.
-        folder: Folder to which the files of the scenario are written.
-        seconds: Time from the recording's first message [s].
-
-    Raises:
-        ConfigurationError: The moment lies outside of the recording, or rope, arms or task were
-            not known then.
-    """
+    """Return the scenario that begins as a recording was at a moment."""
     scenario = recording.scenario(folder)
     newest, first, last = _newest(recording, seconds)
     if not 0.0 <= seconds <= (last - first) / SECOND:

@@ -28,12 +28,7 @@ class ScenarioLibrary:
     """Scenarios by their names."""
 
     def __init__(self, folder: Path, first: Path) -> None:
-        """List the scenarios.
-
-        Args:
-            folder: Folder of the saved scenarios; it need not exist.
-            first: Scenario that the stack was started with.
-        """
+        """List the scenarios; the stack was started with the first."""
         self._folder = folder
         self._first = first
         self._paths: dict[str, Path] = {}
@@ -66,11 +61,7 @@ class ScenarioLibrary:
         self.entries = tuple(entries)
 
     def find(self, name: str) -> Path:
-        """Return the file of a scenario.
-
-        Raises:
-            ConfigurationError: There is none of this name.
-        """
+        """Return the file of a scenario."""
         if name not in self._paths:
             raise ConfigurationError(f"there is no scenario {name!r}; choose one of the list")
         return self._paths[name]
@@ -81,12 +72,7 @@ class ScenarioLibrary:
         return names.get(realpath(path), "")
 
     def save(self, scenario: Scenario, name: str) -> None:
-        """Save a scenario; one that was saved under this name before is replaced.
-
-        Raises:
-            ConfigurationError: The name is not allowed, or there are too many.
-            OSError: The file cannot be written.
-        """
+        """Save a scenario; one that was saved under this name before is replaced."""
         if not NAME.fullmatch(name):
             raise ConfigurationError(
                 f"{name!r} is no name of a scenario; take up to 40 small letters, digits, - and _"
@@ -100,12 +86,7 @@ class ScenarioLibrary:
         self.read()
 
     def delete(self, name: str) -> None:
-        """Delete a saved scenario with its folder.
-
-        Raises:
-            ConfigurationError: There is no saved scenario of this name.
-            OSError: The folder cannot be deleted.
-        """
+        """Delete a saved scenario with its folder."""
         if not any(entry.own and entry.name == name for entry in self.entries):
             raise ConfigurationError(f"there is no saved scenario {name!r}")
         shutil.rmtree(self._folder / name)
@@ -113,16 +94,7 @@ class ScenarioLibrary:
 
 
 def write(scenario: Scenario, folder: Path, name: str) -> Path:
-    """Write a scenario and the CSV files that it names to a folder, and return its file.
-
-    Args:
-        scenario: The scenario.
-        folder: Folder, which is created.
-        name: Name of the file, without `.toml`.
-
-    Raises:
-        OSError: A file cannot be written.
-    """
+    """Write a scenario and the CSV files that it names to a folder, and return its file."""
     folder.mkdir(parents=True, exist_ok=True)
     for name_of_file in scenario.shape_files:
         source, target = path_inside(scenario.folder, name_of_file), folder / name_of_file

@@ -21,9 +21,6 @@ def requested_scenario(request: StackRequest, base: Path) -> Scenario:
     Ends, limits and obstacles of a cell with real arms are those of the file; obstacles may be
     added. A request comes from a browser, so that it cannot name a class to import, or a robot's
     file to read: only what Lariat includes, installed packages offer, or the file itself names.
-
-    Raises:
-        ConfigurationError: The scenario is invalid, or names what is not allowed.
     """
     scenario = own = load(base)
     if request.content:
@@ -57,11 +54,7 @@ def requested_scenario(request: StackRequest, base: Path) -> Scenario:
 
 
 def _check_real_cell(scenario: Scenario, own: Scenario) -> None:
-    """Refuse changes of what keeps people and real arms safe: they are made in the file.
-
-    Raises:
-        ConfigurationError: Ends, limits, table or an obstacle of a cell with real arms differ.
-    """
+    """Refuse changes of what keeps people and real arms safe: they are made in the file."""
     kept = set(own.obstacles) <= set(scenario.obstacles) and scenario.table == own.table
     for key, same in (
         ("ends", scenario.ends == own.ends),

@@ -57,17 +57,7 @@ class ScenarioManager:
         campaigns: Campaigns,
         programs_of: Callable[[Path, Scenario], Sequence[Program]],
     ) -> None:
-        """Take the scenario that runs.
-
-        Args:
-            library: Scenarios to choose from.
-            running: File of the scenario that runs first.
-            staging: Private folder for changed and uploaded scenarios.
-            check: Returns the command that checks a file.
-            campaigns: Campaigns that run beside the cell.
-            programs_of: Returns the programs of a scenario's file with the content that it had; it
-                may take as long as it likes.
-        """
+        """Take the scenario that runs; `programs_of` may take as long as it likes."""
         self.campaigns = campaigns
         """Campaigns that run beside the cell."""
         self.door = Door()
@@ -177,12 +167,7 @@ class ScenarioManager:
         return self._library.find(request.scenario) if request.scenario else self._cell.path
 
     def _start_campaign(self, request: StackRequest) -> None:
-        """Start a campaign, unless real arms need the processor.
-
-        Raises:
-            ConfigurationError: The present cell has real arms, or a trial is not valid.
-            OSError: The scenarios of the trials cannot be written.
-        """
+        """Start a campaign, unless real arms need the processor."""
         if arms := self._cell.real_arms:
             raise ConfigurationError(
                 f"the present cell has real arms at {', '.join(arms)}, which need the processor; "
@@ -219,11 +204,7 @@ class ScenarioManager:
         self._activity = f"checking {name}"
 
     def _check_condition(self, condition: CellCondition) -> None:
-        """Refuse to end a cell that moves, or whose real arms could.
-
-        Raises:
-            ConfigurationError: A run goes on, or real arms are not disarmed.
-        """
+        """Refuse to end a cell that moves, or whose real arms could."""
         task, arms = condition.task, condition.arms
         if task is not None and task.state in (RUNNING, PAUSED):
             raise ConfigurationError("a run goes on; stop it first")

@@ -27,13 +27,6 @@ class Campaigns:
     """The campaign that goes on, or the last one."""
 
     def __init__(self, tables: Path, staging: Path, command: Command) -> None:
-        """Create none.
-
-        Args:
-            tables: Folder of the tables; it need not exist.
-            staging: Private folder for the scenarios of the trials.
-            command: Returns the command of a trial.
-        """
         self._tables, self._staging, self._command = tables, staging, command
         self._state: CampaignState | None = None
         self._scenarios: list[Path] = []
@@ -53,12 +46,7 @@ class Campaigns:
         return self._state is not None and self._state.running
 
     def start(self, request: StackRequest, base: Path, scenario: str) -> None:
-        """Start a campaign.
-
-        Raises:
-            ConfigurationError: Another one goes on, or one of its trials is not valid.
-            OSError: The scenarios cannot be written.
-        """
+        """Start a campaign."""
         if self.running:
             raise ConfigurationError("a campaign goes on; wait for its end, or cancel it")
         groups = list(trial_scenarios(request, base))
@@ -80,11 +68,7 @@ class Campaigns:
         self._state, self._request = campaign, request
 
     def cancel(self) -> None:
-        """End the campaign; its finished trials stay.
-
-        Raises:
-            ConfigurationError: None goes on.
-        """
+        """End the campaign; its finished trials stay."""
         if not self.running:
             raise ConfigurationError("no campaign goes on")
         self.close()

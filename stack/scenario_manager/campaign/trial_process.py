@@ -95,12 +95,7 @@ class TrialProcess:
 
 
 def take_score(trial: CampaignTrial, score: dict[str, Any]) -> None:
-    """Write a score, as `lariat run --json` prints it, to its trial.
-
-    Raises:
-        KeyError: A quantity is missing.
-        TypeError: A quantity is none.
-    """
+    """Write a score, as `lariat run --json` prints it, to its trial."""
     reached_after = score["reached_s"]
     trial.reached = bool(score["reached"])
     trial.reached_after = NOT_A_NUMBER if reached_after is None else reached_after

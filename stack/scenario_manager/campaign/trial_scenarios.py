@@ -33,11 +33,7 @@ class TrialScenarios:
 
 
 def trial_scenarios(request: StackRequest, base: Path) -> Iterator[TrialScenarios]:
-    """Yield the scenarios of a campaign, the last setting varying fastest.
-
-    Raises:
-        ConfigurationError: There are no trials or too many, or one of them is not valid.
-    """
+    """Yield the scenarios of a campaign, the last setting varying fastest."""
     variations = list(request.variations)
     keys = [variation.key for variation in variations]
     if len(variations) > MAX_VARIATIONS:

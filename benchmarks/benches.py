@@ -58,11 +58,7 @@ BENCHES: dict[str, Bench] = {
 
 
 def find(words: list[str]) -> tuple[str, list[str]]:
-    """Return the name of the bench that begins a command's words, and the words after it.
-
-    Raises:
-        KeyError: No bench has that name.
-    """
+    """Return the name of the bench that begins a command's words, and the words after it."""
     for count in (2, 1):
         name = " ".join(words[:count])
         if name in BENCHES and len(words) >= count:

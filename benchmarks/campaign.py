@@ -42,14 +42,7 @@ class CampaignOptions(PrintOptions):
     ) -> list[Trial]:
         """Run trials, print a line for each, and return them in the order of their specifications.
 
-        Args:
-            run: Function of a module that returns the figures of a trial; it raises ValueError
-                where there is no such scene, and the trial is left out.
-            specs: Trials to run.
-            again: Run finished trials again.
-
-        Raises:
-            ConfigurationError: The file cannot be written, or the cluster cannot be used.
+        A trial whose function raises ValueError has no such scene, and is left out.
         """
         finished: dict[int, Trial] = {}
         for k, row in enumerate(_read(self.results, specs) if self.results and not again else ()):

@@ -58,11 +58,7 @@ class LiveStack:
         return self._launcher.pid
 
     def __enter__(self) -> LiveStack:
-        """Start the stack and wait until it is ready.
-
-        Raises:
-            RuntimeError: It does not start.
-        """
+        """Start the stack and wait until it is ready."""
         self.folder = Path(self._resources.enter_context(tempfile.TemporaryDirectory()))
         # As open as the folder in which a person starts it.
         self.folder.chmod(0o755)

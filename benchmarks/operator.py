@@ -68,16 +68,9 @@ class Operator:
     def wait_until(
         self, condition: Callable[[], bool], seconds: float, failure: str, goes_on: bool = False
     ) -> None:
-        """Wait for a condition of what the stack says.
+        """Wait for a condition of what the stack says; `goes_on` acknowledges stops meanwhile.
 
-        Args:
-            condition: The condition.
-            seconds: Longest wait [s].
-            failure: Text of the error.
-            goes_on: Whether stops are acknowledged meanwhile: a busy machine makes a cell hold.
-
-        Raises:
-            DeadlineMissed: It does not become true in time; with the state of arms and task.
+        A busy machine makes a cell hold.
         """
         deadline = time.monotonic() + seconds
         while True:
@@ -102,11 +95,7 @@ class Operator:
             self.client.command_arms(ArmCommand.RESUME)
 
     def run_to_goal(self, seconds: float) -> None:
-        """Start a run, anew where a stop has ended it, and wait until it is at the goal.
-
-        Raises:
-            DeadlineMissed: It is not reached in time.
-        """
+        """Start a run, anew where a stop has ended it, and wait until it is at the goal."""
         self.task = TaskState()
 
         def reached() -> bool:
@@ -131,11 +120,6 @@ class Operator:
         return failure
 
     def reset(self) -> None:
-        """Reset the run, and wait until the cell is idle.
-
-        Raises:
-            DeadlineMissed: It is not idle in time.
-            RequestFailed: The reset is refused.
-        """
+        """Reset the run, and wait until the cell is idle."""
         self.task = self.client.request_task(TaskRequest.RESET)
         self.wait_until(lambda: self.task.state == IDLE, RESET_TIMEOUT, "no reset", goes_on=True)

@@ -17,11 +17,7 @@ def figure_of(rows: int, columns: int, size: tuple[float, float], **options: Any
 
 
 def save(figure: Any, path: Path) -> None:
-    """Write a figure with grids and, where there are labels, legends.
-
-    Raises:
-        ConfigurationError: The file cannot be written.
-    """
+    """Write a figure with grids and, where there are labels, legends."""
     for axes in figure.axes:
         axes.grid(alpha=0.3)
         if axes.get_legend_handles_labels()[0]:

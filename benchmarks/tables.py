@@ -49,12 +49,7 @@ class PrintOptions:
     def publish(self, *results: Result, details: Sequence[Result] = ()) -> None:
         """Print tables, or one JSON object that holds the rows of each by its name.
 
-        Args:
-            results: Tables; each is written to NAME.csv where there is a folder.
-            details: Tables for JSON and CSV alone, such as every trial of a campaign.
-
-        Raises:
-            ConfigurationError: The folder cannot be written.
+        `details` are for JSON and CSV alone, such as every trial of a campaign.
         """
         everything = {r.name: [_plain(row) for row in r.rows] for r in (*results, *details)}
         if self.output:

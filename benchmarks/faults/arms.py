@@ -38,13 +38,6 @@ class Arms:
     """Emulated arms, and the proxy of the observed one."""
 
     def __init__(self, scenario: Path, folder: Path, firmware: str) -> None:
-        """Start the arms and the proxy.
-
-        Args:
-            scenario: A scenario with a CR5 at its right end.
-            folder: Folder for logs.
-            firmware: Firmware of the arms, v3 or v4.
-        """
         self.log = folder / "joints.csv"
         """The observed arm's log."""
         sides = [side for side in ARM_HOSTS if load(scenario).end(side).driver == "cr5"]

@@ -45,25 +45,14 @@ RESUMPTION_WORDS = {
 def run_trial(
     cell: FaultCell, name: str, phase: Phase = "moving", seconds: float | None = None
 ) -> dict[str, Any]:
-    """Inject one fault, repair it, resume, and reach the goal.
+    """Inject one fault, repair it after `seconds` (None: of the case), resume, reach the goal.
 
-    Args:
-        cell: The cell, armed.
-        name: Name in `CASES`.
-        phase: Phase of operation in which the fault is injected.
-        seconds: Time until the fault is repaired [s]; None: that of the case.
-
-    Returns:
-        `cause` and `reason` of the gateway, empty without a stop; times from the effect until the
-        gateway reported it (`noticed_s`), until the joints decelerated (`braking_s`) and until they
-        were at rest (`rest_s`), by the arm's log; `drift_rad`, largest motion of a joint between
-        rest, or the injection where the arm rests, and the operator's consent; how it `resumed`;
-        whether it `reached` its goal; number of `further_holds` on the way there, for other
-        reasons; `ok` if every promise of docs/concepts/safety.md was kept, else the `failure`.
-
-    Raises:
-        DeadlineMissed: The phase was not reached.
-        RequestFailed: The controller or the gateway refused a request.
+    Returns `cause` and `reason` of the gateway, empty without a stop; times from the effect until
+    the gateway reported it (`noticed_s`), until the joints decelerated (`braking_s`) and until they
+    were at rest (`rest_s`), by the arm's log; `drift_rad`, largest motion of a joint between rest,
+    or the injection where the arm rests, and the operator's consent; how it `resumed`; whether it
+    `reached` its goal; number of `further_holds` on the way there, for other reasons; `ok` if every
+    promise of docs/concepts/safety.md was kept, else the `failure`.
     """
     case = CASES[name]
     try:
@@ -168,12 +157,7 @@ def _broken_promises(result: Mapping[str, Any], joint_speed: float) -> Iterator[
 
 
 def _enter(cell: FaultCell, phase: Phase) -> None:
-    """Bring an armed cell into a phase of operation.
-
-    Raises:
-        DeadlineMissed: It did not get there.
-        RequestFailed: The controller or the gateway refused a request.
-    """
+    """Bring an armed cell into a phase of operation."""
     match phase:
         case "approaching":
             cell.go_to_goal()

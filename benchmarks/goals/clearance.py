@@ -65,8 +65,7 @@ def calibrate(
 ) -> int:
     """Drive ropes along the path of each scene and print how many come closer than stated.
 
-    Returns:
-        0 if the upper 95 % bound of their rate is at most `LARGEST_RATE`, else 1.
+    Returns 0 if the upper 95 % bound of their rate is at most `LARGEST_RATE`, else 1.
     """
     specs = [ClearanceSpec(kind, number, seed, ropes) for kind in kinds for number in numbers]
     trials = options.trials(run_trial, specs)
@@ -79,11 +78,7 @@ def calibrate(
 
 
 def run_trial(spec: ClearanceSpec) -> Trial:
-    """Plan a path, state its clearance, and drive rods along it.
-
-    Raises:
-        ValueError: There is no such scene, or no path reaches its goal.
-    """
+    """Plan a path, state its clearance, and drive rods along it."""
     scenario = sample_scene(spec.kind, spec.number, spec.seed, load(BASE_SCENARIO))
     problem = scenario_problem(scenario)
     path = plan(problem)

@@ -98,11 +98,7 @@ def run(
 
 
 def run_trial(spec: PlanSpec) -> Trial:
-    """Plan a path and drive the plant along it.
-
-    Raises:
-        ValueError: There is no such part, or the plant could not verify a hidden way.
-    """
+    """Plan a path and drive the plant along it."""
     if spec.without not in PARTS:
         raise ValueError(f"no part of the planner is called {spec.without!r}: {', '.join(PARTS)}")
     scene = _scene(spec.family, spec.number, spec.seed, spec.gap)

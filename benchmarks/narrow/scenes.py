@@ -103,9 +103,6 @@ def sample_scene(
     """Return a scene, always the same for the same arguments; its gap is in rope diameters.
 
     Lariat's rod verifies the hidden way, whatever the plant of the run.
-
-    Raises:
-        ValueError: The plant could not verify a hidden way.
     """
     random = np.random.default_rng([seed, number, FAMILIES.index(family), round(10 * gap)])
     base = _base(f"{family}-{gap:g}-{number}", seed + number, stiffness_error)
@@ -172,14 +169,7 @@ def drive(
 ) -> tuple[float, Float64[np.ndarray, "n 3"]]:
     """Return the clearance of the plant along a path [m], and its nodes at rest after it [m].
 
-    Obstacles are measured, not felt.
-
-    Args:
-        rod: Plant.
-        obstacles: Obstacles.
-        path: Poses of the grips.
-        dt: Time between two of them [s].
-        least: Clearance below which the motion ends [m].
+    Obstacles are measured, not felt. The motion ends below the least clearance.
     """
     state: RodState = rod.rest(*path.pair(0)).state
     velocities = path.steps() / dt

@@ -45,12 +45,7 @@ class WaySpec:
 
 
 def run_trial(spec: WaySpec) -> Trial:
-    """Sample a scene and run it in closed loop.
-
-    Raises:
-        RuntimeError: The run did not start.
-        ValueError: The plant could not verify a hidden way.
-    """
+    """Sample a scene and run it in closed loop."""
     scene = sample_scene(
         spec.family, spec.number, spec.seed, spec.gap, spec.stiffness_error, spec.plant
     )

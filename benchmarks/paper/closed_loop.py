@@ -37,27 +37,17 @@ def run_to_goal(
     steps: int,
     adaptation: PaperAdaptation | None = None,
 ) -> dict[str, Any]:
-    """Move the plant's rope from rest at the start towards a goal.
+    """Move the plant's rope from rest at the start towards a goal, in steps of 10 ms.
 
     If model and plant are the same rod, the model knows the whole state, as in the paper's
     simulations. Otherwise it observes the nodes at the end of each horizon and keeps its own
     orientations.
 
-    Args:
-        method: Planner.
-        model: Rod by which the method plans.
-        plant: Rod that stands for the true rope.
-        goal: Goal to reach.
-        avoidance: Obstacles and the clearance to keep.
-        steps: Number of steps T of 10 ms.
-        adaptation: Adaptation of the model, which is the paper's rod then; none if None.
-
-    Returns:
-        `errors_mm`, mean node distances to the goal after every step; `clearance_mm`, least
-        distance of the surfaces of rope and obstacles; `length_error_mm`, largest deviation from
-        the rest length; `horizon_ms`, median and 99th percentile of planning a horizon;
-        `prediction_mm`, mean distance of predicted and true rope at the ends of the horizons of
-        the second half; `adaptation_ms`, median of the adaptations; `parameters`, the adapted ones.
+    Returns `errors_mm`, mean node distances to the goal after every step; `clearance_mm`, least
+    distance of the surfaces of rope and obstacles; `length_error_mm`, largest deviation from the
+    rest length; `horizon_ms`, median and 99th percentile of planning a horizon; `prediction_mm`,
+    mean distance of predicted and true rope at the ends of the horizons of the second half;
+    `adaptation_ms`, median of the adaptations; `parameters`, the adapted ones.
     """
     obstacles = pack(avoidance.obstacles)
     everywhere = np.ones(model.node_count, dtype=bool)

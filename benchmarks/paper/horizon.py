@@ -60,11 +60,7 @@ def run(
 
 
 def planning_times(method: Method, count: int, calls: int) -> dict[str, object]:
-    """Return wall times of successive horizons of a rope with some number of nodes [ms].
-
-    Raises:
-        ValueError: The method lost the rope.
-    """
+    """Return wall times of successive horizons of a rope with some number of nodes [ms]."""
     base = load(BASE_SCENARIO)
     scenario = replace(
         base,

@@ -48,11 +48,7 @@ def run(
 
 
 def read(path: Path) -> tuple[list[HangingShape], np.ndarray]:
-    """Read shapes and critical twists [rad] of a cable.
-
-    Raises:
-        ConfigurationError: The file does not describe a cable.
-    """
+    """Read shapes and critical twists [rad] of a cable."""
     names = ("hanging", "linear_density", "critical_twist_deg")
     with refusing(f"{path} cannot be read; see lariat bench physics cables -h"):
         with np.load(path, allow_pickle=False) as stored:

@@ -52,12 +52,7 @@ class Equilibrium:
 
 
 def equilibrium(rod: Rod, left: Pose, right: Pose, rest: RodState) -> Equilibrium:
-    """Solve for the equilibrium of the continuum next to a rest shape of the rod.
-
-    Raises:
-        ValueError: The left end is free.
-        RuntimeError: The solver does not converge.
-    """
+    """Solve for the equilibrium of the continuum next to a rest shape of the rod."""
     if rod.left == "free":
         raise ValueError("the left end must be clamped or pinned, got free; mirror the rod")
     problem = _BoundaryValueProblem(rod, left, right, rest)

@@ -115,9 +115,6 @@ def run_trial(folder: Path, combination: Combination) -> Trial:
 
     Stiffnesses are shares of the true one; bounds are least standard deviations that start and
     goal admit. What a run that did not start would tell is infinite or NaN.
-
-    Raises:
-        ConfigurationError: The combination has no goal that keeps clear of the obstacles.
     """
     adapts = "" if combination.adapts else "-no-adapt"
     name = f"{combination.seed}-{combination.number}{adapts}"

@@ -46,11 +46,7 @@ GOAL_FILE, SCENARIO_FILE = "goal.csv", "scenario.toml"
 
 
 def build_scene(combination: Combination, folder: Path) -> Scenario:
-    """Write the scenario of a combination and its goal to a folder, and load it from there.
-
-    Raises:
-        ConfigurationError: No goal keeps clear of the obstacles, or a file cannot be written.
-    """
+    """Write the scenario of a combination and its goal to a folder, and load it from there."""
     base = load_with(Path(combination.scenario), combination.settings)
     _check_start(base)
     for left, right in _candidates(base, combination):

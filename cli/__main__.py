@@ -158,11 +158,7 @@ def _first_words(box: str) -> str:
 
 
 def _check_finite(options: Mapping[str, object]) -> None:
-    """Check the numbers of options.
-
-    Raises:
-        ConfigurationError: One is not finite, or out of all proportion.
-    """
+    """Check the numbers of options."""
     from lariat.configuration import MAX_NUMBER, ConfigurationError
 
     for name, value in options.items():

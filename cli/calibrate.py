@@ -105,11 +105,7 @@ def _camera(scenario: Scenario, name: str) -> CameraSetup:
 
 
 def read_views(recording: Recording, scenario: Scenario, camera: str) -> CalibrationData:
-    """Return the views of the marker that a camera took in a recording.
-
-    Raises:
-        ConfigurationError: The scenario has no marker, or it was seen at too few places.
-    """
+    """Return the views of the marker that a camera took in a recording."""
     marker = scenario.sensing.flange_marker
     if marker is None:
         raise ConfigurationError(

@@ -174,14 +174,7 @@ def main(
 
 
 def listen(cell: Cell, scenario: Scenario, seconds: float, quiet: bool) -> tuple[CheckResult, ...]:
-    """Listen to a running stack and return the results of its checks.
-
-    Args:
-        cell: Address of the stack.
-        scenario: The cell's file.
-        seconds: Duration [s]; Ctrl-C ends it earlier.
-        quiet: Whether nothing is printed.
-    """
+    """Listen to a running stack for some seconds, or until Ctrl-C; return its checks' results."""
     checks = CellChecks(scenario)
     with connect(cell) as client:
         _feed(checks, client, seconds, quiet)
@@ -215,13 +208,7 @@ def _feed(checks: CellChecks, client: Client, seconds: float, quiet: bool) -> No
 
 
 def planned(cell: Scenario, alternatives: int = 1, nearest: Path | None = None) -> dict[str, Any]:
-    """Return what the planner finds from the scenario's start to its goal.
-
-    Args:
-        cell: Scenario.
-        alternatives: Largest number of different paths; 1 for the planner's own alone.
-        nearest: File for the nearest shape that can be reached, where no path leads to the goal.
-    """
+    """Return what the planner finds from start to goal: its own path, or some different ones."""
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
     from lariat.planning.alternatives import alternative_paths, travel
     from lariat.planning.arms.advice import helpful_changes

@@ -185,14 +185,7 @@ def _solid(
 
 
 def placed(body: Obstacle, place: Pose, name: str, support: bool) -> Obstacle:
-    """Return a body of a mesh as an obstacle of the world.
-
-    Args:
-        body: Body in the frame of the mesh.
-        place: Pose of that frame in the world.
-        name: Name of the obstacle.
-        support: Whether the rope may lean on it.
-    """
+    """Return a body of a mesh as an obstacle of the world."""
     centre = place.apply(np.array(body.position))
     orientation = poses.multiply(place.orientation, np.array(body.orientation))
     return replace(

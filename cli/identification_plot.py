@@ -18,13 +18,7 @@ SHAPE_COUNT = 6
 
 
 def draw(prediction: Prediction, title: str, path: Path) -> None:
-    """Draw shapes and middle vertex of the median sequence, and all errors over time.
-
-    Args:
-        prediction: Predicted and measured motion.
-        title: Title of the plot.
-        path: Image file to write.
-    """
+    """Draw shapes and middle vertex of the median sequence, and all errors over time."""
     motion, first = prediction.motion, prediction.first
     median = int(np.argsort(prediction.scores)[len(prediction.scores) // 2])
     measured, predicted = motion.vertices[median], prediction.vertices[median]

@@ -150,11 +150,7 @@ def main(
 def read(
     path: Path, grip: Grip = "clamped", scale: float = 1.0, up: Up = "z", dt: float | None = None
 ) -> Motion:
-    """Read a motion file, in a unit [m] and with an axis up of its own, or frames in others' time.
-
-    Raises:
-        ConfigurationError: The file is missing or no motion file.
-    """
+    """Read a motion file, in a unit [m] and with an axis up of its own, or at other times."""
     try:
         values = read_arrays(path, MOTION_KEYS, MAX_ARRAY_SIZE)
     except FileNotFoundError as error:

@@ -79,11 +79,7 @@ class ReplayItem(pytest.Item):
     """Replay of one service."""
 
     def runtest(self) -> None:
-        """Step the service again and compare what it publishes.
-
-        Raises:
-            Differs: It published something else.
-        """
+        """Step the service again and compare what it publishes."""
         from cli.replay import replay
         from cli.terminal import Terminal
         from shared.recording import Recording

@@ -33,11 +33,7 @@ class Repair:
 
 
 def repair(path: Path) -> Repair:
-    """Repair a recording in place.
-
-    Raises:
-        ConfigurationError: There is no such recording, or the repaired one cannot be written.
-    """
+    """Repair a recording in place."""
     with refusing(f"cannot repair {path}"):
         recording = Recording(path)
         recording.start()

@@ -134,16 +134,7 @@ def replay(
 ) -> list[ReplayResult]:
     """Step every start of the named services again.
 
-    Args:
-        recording: The recording.
-        scenario: Its scenario.
-        names: Services.
-        console: Terminal of the progress.
-        skipped: Takes the reasons of services that cannot be replayed, by name.
-
-    Raises:
-        ConfigurationError: A service is unknown or has no trace in the recording.
-        NotReplayable: A service cannot be replayed, and `skipped` is None.
+    `skipped` takes the reasons of services that cannot be replayed; without it they raise.
     """
     results: list[ReplayResult] = []
     for name in names:

@@ -88,18 +88,7 @@ def run_scenario(
     stop_after: float | None = None,
     kept: KeptRun | None = None,
 ) -> int:
-    """Check and run a scenario in simulated time, and print its score.
-
-    Args:
-        scenario: The scenario.
-        record: File of the recording; None records nothing.
-        json: Whether to print one JSON object.
-        stop_after: Time after the goal at which the run ends [s]; None: its time limit.
-        kept: Entry of the run in a list of runs; None lists it nowhere.
-
-    Returns:
-        0 when the goal was reached, 1 when not.
-    """
+    """Check and run a scenario in simulated time, and print its score; return the exit code."""
     messages = Terminal(stderr=True)
     preflight.check(scenario)
     try:

@@ -73,11 +73,7 @@ def main(
 
 
 def open_timeline(file: Path) -> tuple[Recording, Timeline]:
-    """Recording and the timeline of the topics that the dashboard shows.
-
-    Raises:
-        ConfigurationError: The file cannot be read or holds nothing to show.
-    """
+    """Recording and the timeline of the topics that the dashboard shows."""
     with refusing(f"cannot show {file}"):
         recording = Recording.open(file)
         with tempfile.TemporaryDirectory() as folder:

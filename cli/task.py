@@ -51,15 +51,7 @@ def start(
 
 
 def check_scenario(running: str, expected: str) -> None:
-    """Refuse a stack that runs another scenario than the one that is wanted.
-
-    Args:
-        running: Name of the scenario that the stack runs.
-        expected: Name of the wanted one; empty for any.
-
-    Raises:
-        RequestFailed: They differ.
-    """
+    """Refuse a stack that runs another scenario than the expected one; an empty one is any."""
     if expected and running != expected:
         raise RequestFailed(
             f"the stack runs scenario {running!r}, not {expected!r}; nothing was started: "
@@ -77,15 +69,7 @@ def description(arms: ArmStates) -> str:
 
 
 def confirm_real_arms(arms: ArmStates, yes: bool) -> None:
-    """Ask a person whether the real arms of a cell may move; do nothing where none is real.
-
-    Args:
-        arms: State of the arms.
-        yes: Whether the answer was given on the command line.
-
-    Raises:
-        RequestFailed: The answer is not yes, or nobody can be asked.
-    """
+    """Ask a person whether the real arms of a cell may move; do nothing where none is real."""
     real = [arm.arm for arm in arms.arms if arm.address]
     if not real or yes:
         return

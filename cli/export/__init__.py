@@ -92,21 +92,7 @@ def _beside(file: Path, to: Format) -> Path:
 
 
 def write(recordings: tuple[Recording, ...], to: Format, path: Path) -> str:
-    """Write an export.
-
-    Args:
-        recordings: The recording; several for a data set or a video.
-        to: Format of the export.
-        path: File or folder to write.
-
-    Returns:
-        One line about what was written.
-
-    Raises:
-        ValueError: The recording cannot be read, or lacks what the format needs.
-        OSError: The path cannot be written.
-        ModuleNotFoundError: The format needs a library that is not installed.
-    """
+    """Write an export, of several recordings for a data set or video; return a line about it."""
     recording = recordings[0]
     match to:
         case "csv":

@@ -42,9 +42,6 @@ def drawn_messages(recording: Recording) -> Iterator[DrawnMessage]:
 
     A drawing that the recording holds is taken from it, unless it is of a version that has no
     frames.
-
-    Raises:
-        ValueError: The recording cannot be read or holds no scenario.
     """
     has_drawing = any(True for _ in recording.messages([topics.VIEW_TRANSFORMS.key]))
     with tempfile.TemporaryDirectory() as folder:

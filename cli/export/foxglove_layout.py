@@ -35,11 +35,7 @@ def write(recording: Recording, path: Path) -> str:
 
 
 def layout(keys: set[str]) -> dict[str, Any]:
-    """Return the layout for a recording with messages of some topics.
-
-    Args:
-        keys: Concrete keys of the topics.
-    """
+    """Return the layout for a recording with messages of some topics."""
     panels: dict[str, Panel] = {"3D!cell": _three_d(keys)}
     for color in sorted(k for k in keys if topics.CAMERA_COLOR.matches(k)):
         name = color.split("/")[1]

@@ -20,12 +20,7 @@ APPLICATION = "lariat"
 
 
 def write(recording: Recording, path: Path) -> str:
-    """Write the recording to a file, and the blueprint beside it; return one line about them.
-
-    Raises:
-        ModuleNotFoundError: Rerun is not installed.
-        OSError: Rerun's converter failed.
-    """
+    """Write the recording to a file, and the blueprint beside it; return one line about them."""
     # Imported late: only this format needs it.
     import rerun.blueprint as views
 

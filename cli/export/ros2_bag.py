@@ -45,12 +45,7 @@ LATCHED = Qos(
 
 
 def write(recording: Recording, folder: Path) -> str:
-    """Write the bag, a new folder; return one line about it.
-
-    Raises:
-        ValueError: The recording cannot be read or holds no scenario.
-        OSError: The folder cannot be written.
-    """
+    """Write the bag, a new folder; return one line about it."""
     with tempfile.TemporaryDirectory() as files:
         scenario = recording.scenario(Path(files))
         table, urdf = Table.of(scenario), cell_urdf(scenario)

@@ -54,18 +54,7 @@ CAMPAIGN_FOLDER = RECORDINGS / "campaigns"
 
 
 def run(options: UpOptions, fork_server: ForkServer) -> int:
-    """Start the whole stack and keep it running until a signal.
-
-    Args:
-        options: What to start.
-        fork_server: Forks the processes.
-
-    Returns:
-        The exit code.
-
-    Raises:
-        ConfigurationError: The scenario is not valid, or a port is taken.
-    """
+    """Start the whole stack and keep it running until a signal."""
     scenario = find(options.scenario)
     cell = load(scenario)
     page = f", page on port {options.dashboard_port}" if options.dashboard else ""

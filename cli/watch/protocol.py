@@ -26,12 +26,7 @@ MAX_SUBSCRIPTIONS = 4096
 
 
 def server_info(name: str, session: str) -> str:
-    """Return the first frame of a connection.
-
-    Args:
-        name: Name of the server, which clients show.
-        session: Id of this start of the server.
-    """
+    """Return the first frame of a connection."""
     return json.dumps(
         {
             "op": "serverInfo",

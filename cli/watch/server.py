@@ -77,12 +77,6 @@ class LiveServer:
     """Server that passes messages of the bus to the viewers that subscribe to their topics."""
 
     def __init__(self, cell: str, token: str) -> None:
-        """Prepare a server.
-
-        Args:
-            cell: Name of the cell, which viewers show.
-            token: Secret that a viewer must know.
-        """
         self._cell = cell
         self._token = token
         self._session = secrets.token_hex(8)
@@ -93,11 +87,7 @@ class LiveServer:
 
     @asynccontextmanager
     async def listening(self, port: int) -> AsyncIterator[str]:
-        """Serve on a port while the context lasts; the value is the address with the token.
-
-        Raises:
-            OSError: The port is taken.
-        """
+        """Serve on a port while the context lasts; the value is the address with the token."""
         allow_many_descriptors()
         connection: Any = partial(_Connection, self._strangers)
         async with serve(

@@ -38,11 +38,7 @@ class Episode:
 
 
 def read_episode(recording: Recording) -> Episode:
-    """Return the frames of a recording while its task runs.
-
-    Args:
-        recording: Recording of a run.
-    """
+    """Return the frames of a recording while its task runs."""
     color = topics.CAMERA_COLOR.at(DEFAULT_CAMERA).key
     keys = {t.key for t in (topics.TASK_STATE, topics.ROPE_NODES, topics.ARM_STATE)}
     latest: dict[str, Any] = {}

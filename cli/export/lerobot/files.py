@@ -36,16 +36,7 @@ MAX_EPISODES = 1000
 
 
 def write(recordings: Sequence[Recording], folder: Path) -> str:
-    """Write the data set into a new folder; return one line about it.
-
-    Args:
-        recordings: Recordings, each of a run.
-        folder: New folder.
-
-    Raises:
-        ValueError: A recording holds no run, or its features are not those of the first one.
-        OSError: The folder cannot be written.
-    """
+    """Write the data set into a new folder; return one line about it."""
     if not 0 < len(recordings) <= MAX_EPISODES:
         raise ValueError(f"a data set takes 1 to {MAX_EPISODES} recordings, got {len(recordings)}")
     features: dict[str, dict[str, Any]] = {}

@@ -23,11 +23,7 @@ class Statistics:
         self._values: dict[str, list[np.ndarray]] = {}
 
     def add(self, frames: list[Frame]) -> None:
-        """Count the frames of an episode; of its images the channels, from 0 to 1.
-
-        Args:
-            frames: Frames.
-        """
+        """Count the frames of an episode; of its images the channels, from 0 to 1."""
         for k, frame in enumerate(frames):
             for name, value in frame.items():
                 if name != IMAGE:

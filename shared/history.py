@@ -23,12 +23,7 @@ class History:
         self._count, self._spacing = 0, 0.0
 
     def add(self, time: float, *values: float) -> bool:
-        """Add a row, unless it follows the last one too closely.
-
-        Args:
-            time: Time of the row [s].
-            values: One number for each value.
-        """
+        """Add a row, a number for each value, unless it follows the last one too closely."""
         if self._count:
             last = self._rows[self._count - 1, 0]
             if time <= last or time - last < self._spacing:

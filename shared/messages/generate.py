@@ -15,11 +15,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def generate(folder: Path) -> None:
-    """Write the modules at the same relative paths as in the repository.
-
-    Raises:
-        ValueError: A `.proto` file has an error.
-    """
+    """Write the modules at the same relative paths as in the repository."""
     from grpc_tools import protoc
 
     files = [str(p.relative_to(ROOT)) for p in sorted(Path(__file__).parent.glob("*.proto"))]

@@ -30,11 +30,7 @@ MAX_TEXT_LENGTH = 4096
 
 
 def decode(topic: Topic, payload: bytes) -> Any:
-    """Decode a message of a topic and check it; its texts get escapes for control characters.
-
-    Raises:
-        ValueError: The bytes are no valid message of this topic; the text says why.
-    """
+    """Decode a message of a topic and check it; its texts get escapes for control characters."""
     if len(payload) > topic.max_size:
         raise ValueError(f"{len(payload)} bytes, more than {topic.max_size}")
     try:

@@ -42,9 +42,8 @@ class PlainReader(StreamReader):
 def records_of(chunk: mcap_records.Chunk) -> list[mcap_records.McapRecord]:
     """Return the schemas, channels and messages of a chunk.
 
-    Raises:
-        ValueError: The content is damaged, too large, or its compression is not known.
-        ZstdError, RuntimeError, struct.error: It cannot be decompressed or read.
+    ValueError: damaged, too large, or of a compression that is not known; ZstdError, RuntimeError
+    or struct.error: it cannot be decompressed or read.
     """
     content = _content(chunk)
     if chunk.uncompressed_crc and zlib.crc32(content) != chunk.uncompressed_crc:
@@ -86,11 +85,7 @@ def _stream(content: bytes, begin: int, end: int) -> ReadDataStream:
 
 
 def _content(chunk: mcap_records.Chunk) -> bytes:
-    """Uncompressed content of a chunk, in memory of a bounded size.
-
-    Raises:
-        ValueError: It is larger than a record may be, or its compression is not known.
-    """
+    """Uncompressed content of a chunk, in memory of a bounded size."""
     match chunk.compression:
         case "":
             content = chunk.data

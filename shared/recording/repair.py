@@ -14,16 +14,7 @@ from shared.version import version
 
 
 def copy_readable(source: Path, target: Path) -> tuple[int, str]:
-    """Copy all readable records of a recording to a new one with an index.
-
-    Args:
-        source: The damaged recording.
-        target: File to write, which must not exist.
-
-    Raises:
-        OSError: The target exists or cannot be written.
-        ValueError: The source cannot be read or is not MCAP.
-    """
+    """Copy all readable records of a recording to a new one with an index."""
     recording = Recording(source)
     schemas: dict[int, int] = {}
     channels: dict[int, int] = {}

@@ -102,13 +102,7 @@ class ActionServer:
     """Server of one action."""
 
     def __init__(self, node: Node, name: str, kind: str) -> None:
-        """Serve an action.
-
-        Args:
-            node: Node that serves it.
-            name: Name of the action; one without leading slash lies in the node's namespace.
-            kind: Its type, `control_msgs/action/FollowJointTrajectory`.
-        """
+        """Serve an action; a name without leading slash lies in the node's namespace."""
         self.kind = kind
         self._goals: dict[bytes, ServerGoal] = {}
         parts = f"{name}/_action"
@@ -206,9 +200,7 @@ class ClientGoal:
     def poll(self) -> None:
         """Take what the server has answered.
 
-        Raises:
-            ValueError: The server refuses, or answers nonsense.
-            TimeoutError: The server does not answer.
+        ValueError: refused, or nonsense. TimeoutError: the server does not answer.
         """
         self._client.take_feedback()
         if self._cancelled and self._cancelled.take() is not None:

@@ -54,19 +54,7 @@ class Node:
         door: Door | None = None,
         serve: bool = True,
     ) -> None:
-        """Join the graph.
-
-        Args:
-            name: Name of the node.
-            namespace: Namespace, `/cell`; empty for none.
-            domain: ROS_DOMAIN_ID.
-            router: Zenoh endpoint of the router.
-            door: Guard that counts what is refused.
-            serve: Whether to be the router where none answers.
-
-        Raises:
-            BusError: No router answers, and none is or can be served there.
-        """
+        """Join the graph, as the router where none answers and `serve` says so."""
         self.door = door or Door()
         self._session, self.serves_router = _joined(router, serve)
         close_at_once(self._session)
@@ -77,13 +65,7 @@ class Node:
         """Tokens and endpoints, which end when nobody holds them."""
 
     def publisher(self, topic: str, kind: str, qos: Qos | None = None) -> Publisher:
-        """Return a publisher of a topic.
-
-        Args:
-            topic: Its name; one without leading slash lies in the node's namespace.
-            kind: Type of its messages, `std_msgs/msg/String`.
-            qos: Quality of service.
-        """
+        """Return a publisher; a name without leading slash lies in the node's namespace."""
         return self._shown(Publisher(self._session, self._entity("MP", topic, kind, qos or Qos())))
 
     def subscription(self, topic: str, kind: str, qos: Qos | None = None) -> Subscription:
@@ -245,9 +227,7 @@ class Call:
     def take(self) -> Any | None:
         """Return the response; None before it has come.
 
-        Raises:
-            ValueError: The service refuses the call, or answers nonsense.
-            TimeoutError: No answer came in time, or there is no such service.
+        ValueError: refused, or nonsense. TimeoutError: no answer in time, or no such service.
         """
         if not self.replies:
             if time.monotonic() > self._deadline:
@@ -293,11 +273,7 @@ class Client:
 
 
 def _content(payload: Any, attachment: Any, kind: str) -> tuple[Any, Attachment]:
-    """Message and attachment of a sample, request or reply.
-
-    Raises:
-        ValueError: It is not of the convention or not of this type.
-    """
+    """Message and attachment of a sample, request or reply."""
     if payload is None or attachment is None:
         raise ValueError("it has no payload or attachment, as those of rmw_zenoh have")
     sender = Attachment.decoded(attachment.to_bytes())

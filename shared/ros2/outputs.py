@@ -86,11 +86,7 @@ class Output:
 
 
 def outputs(clock: Topic = topics.ROPE_TRUTH) -> tuple[Output, ...]:
-    """Return the table, with converters of its own; those of markers have a state.
-
-    Args:
-        clock: Topic of the simulated plant whose stamps are its time.
-    """
+    """Return the table, with converters of its own; those of markers have a state."""
     t = topics
     return (
         Output(t.VIEW_TRANSFORMS, "/tf", "tf2_msgs/msg/TFMessage",
@@ -375,14 +371,7 @@ def _setpoints(message: Setpoints) -> Any | None:
 
 
 def _trajectory(grips: dict[str, tuple[Any, Any]], stamp: int, first: int, dt: int) -> Any:
-    """Trajectory of the grips.
-
-    Args:
-        grips: Flat positions [m] and orientations wxyz by side.
-        stamp: Time that the trajectory counts from [ns].
-        first: Time of the first point [ns].
-        dt: Time between two points [ns].
-    """
+    """Trajectory of the grips, with times [ns]; `stamp` is what they count from."""
     arms = [
         np.hstack([np.reshape(positions, (-1, 3)), np.reshape(turns, (-1, 4))[:, XYZW]])
         for positions, turns in grips.values()

@@ -64,16 +64,7 @@ class Table:
         cameras: tuple[str, ...] = (),
         clock: Topic = topics.ROPE_TRUTH,
     ) -> None:
-        """Create the table.
-
-        Args:
-            settings: The scenario's section.
-            cameras: Names of the cell's cameras.
-            clock: Topic of the simulated plant whose stamps are its time.
-
-        Raises:
-            ConfigurationError: The section names what there is not, or one name for two topics.
-        """
+        """Create the table; the stamps of the topic `clock` are the simulated plant's time."""
         self.settings = settings or Ros2()
         self._cameras = cameras
         rows = outputs(clock)
@@ -164,11 +155,7 @@ class Table:
         return replace(row, name=change.name.replace(PLACEHOLDER, filled))
 
     def _check_names(self, rows: tuple[Output, ...]) -> None:
-        """Check that no two topics get one name.
-
-        Raises:
-            ConfigurationError: Two have.
-        """
+        """Check that no two topics get one name."""
         names = [(self.description.name, DESCRIPTION.name)]
         names += [(row.name, default) for default, row in self.inputs.items()]
         for before, row in zip(rows, self.outputs, strict=True):

@@ -105,11 +105,7 @@ def encoded(message: Any) -> bytes | bytearray:
 
 
 def decoded(payload: bytes | bytearray, kind: str) -> Any:
-    """Return the message of a CDR.
-
-    Raises:
-        ValueError: The bytes are not a message of this type.
-    """
+    """Return the message of a CDR."""
     try:
         definition = STORE.get_msgdef(kind)
         if payload[:4] != CDR_HEADER:

@@ -138,11 +138,7 @@ class Attachment(NamedTuple):
 
     @classmethod
     def decoded(cls, content: bytes) -> Attachment:
-        """Return the attachment of its bytes.
-
-        Raises:
-            ValueError: They are no attachment.
-        """
+        """Return the attachment of its bytes."""
         if len(content) != _ATTACHMENT.size or content[16] != _GID_SIZE:
             raise ValueError(f"an attachment of {len(content)} bytes is none of rmw_zenoh")
         sequence, time, _, gid = _ATTACHMENT.unpack(content)

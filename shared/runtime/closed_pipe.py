@@ -14,11 +14,7 @@ EXIT_PIPE_CLOSED = 141
 
 @contextmanager
 def ending_with_the_reader() -> Iterator[None]:
-    """Flush standard output at the end, and end the process where nobody reads it any more.
-
-    Raises:
-        SystemExit: With `EXIT_PIPE_CLOSED`.
-    """
+    """Flush standard output at the end; exit with `EXIT_PIPE_CLOSED` where nobody reads it."""
     try:
         try:
             yield

@@ -12,11 +12,6 @@ class HealthMeter:
     """Meter of a service's steps: counts since the start, durations since the last report."""
 
     def __init__(self, period: float) -> None:
-        """Create a meter.
-
-        Args:
-            period: Period of the steps [s].
-        """
         self._period = 1e9 * period
         self._durations: list[int] = []
         self.steps = 0
@@ -25,11 +20,7 @@ class HealthMeter:
         """Number of steps that lasted longer than the period."""
 
     def add(self, duration: int) -> None:
-        """Add one step.
-
-        Args:
-            duration: Wall time of the step [ns].
-        """
+        """Add one step."""
         self.steps += 1
         self.overruns += duration > self._period
         self._durations.append(duration)
@@ -38,9 +29,6 @@ class HealthMeter:
         """Return a health message, and start a new period of reporting.
 
         The caller fills in the name of the service and what else it knows.
-
-        Args:
-            input_ages: Age of the newest message of each topic [ns].
         """
         durations = sorted(self._durations) or [0]
         self._durations = []

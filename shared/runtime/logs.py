@@ -95,14 +95,7 @@ class BusHandler(logging.Handler):
 
 
 def log_message(record: logging.LogRecord, text: str, service: str, stamp: int) -> Log:
-    """Return the message of a log record.
-
-    Args:
-        record: The record.
-        text: Its text.
-        service: Name of the service.
-        stamp: Time of the record [ns].
-    """
+    """Return the message of a log record."""
     return Log(
         timestamp=timestamp(stamp),
         level=_FOXGLOVE_LEVELS.get(record.levelno, Log.Level.UNKNOWN),

@@ -27,12 +27,9 @@ class StallWatch:
     """
 
     def __init__(self, limit: float, report: Callable[[str], None]) -> None:
-        """Begin to watch the thread that creates it.
+        """Watch the creating thread for steps longer than `limit` and `MIN_STALL_TIME` [s].
 
-        Args:
-            limit: Duration of a step above which it is reported, if longer than
-                `MIN_STALL_TIME` [s].
-            report: Called from the watching thread with what is stuck, once per step.
+        `report` is called from the watching thread with what is stuck, once per step.
         """
         self._limit, self._report = max(limit, MIN_STALL_TIME), report
         self._watched = threading.get_ident()

@@ -21,11 +21,6 @@ class ArmBodies:
     """Bodies of one arm, each a primitive; a mesh is stood for by spheres that cover it."""
 
     def __init__(self, description: ArmDescription, T_world_base: Pose) -> None:
-        """Read the bodies of an arm.
-
-        Raises:
-            ValueError: The URDF cannot be read.
-        """
         # Imported late: images of single processes have no Pinocchio.
         from lariat.arms.kinematics import load_arm
 
@@ -35,11 +30,7 @@ class ArmBodies:
         self._shapes = [_primitives(body) for body in self._geometry.geometryObjects]
 
     def at(self, joints: np.ndarray) -> tuple[Obstacle, ...]:
-        """Return the bodies in the world; none unless every joint is given.
-
-        Args:
-            joints: Joint angles from the base to the flange [rad].
-        """
+        """Return the bodies in the world, by joint angles from the base; none unless all are."""
         import pinocchio  # pyright: ignore[reportMissingImports]
 
         if len(joints) != self._model.nq:

@@ -47,11 +47,7 @@ class Viewpoint:
         return float(np.linalg.norm(np.subtract(self.eye, self.target)))
 
     def camera(self, size: tuple[int, int]) -> Camera:
-        """Return the camera.
-
-        Args:
-            size: Columns and rows [pixels].
-        """
+        """Return the camera of a picture of columns and rows."""
         return Camera(Intrinsics.symmetric(*size, VIEW_ANGLE), looking_at(self.eye, self.target))
 
 
@@ -83,12 +79,8 @@ def frame(
 ) -> Viewpoint:
     """Return the nearest viewpoint from which all points lie in a part of the picture.
 
-    Args:
-        points: Points [m].
-        size: Columns and rows [pixels].
-        azimuth: Angle of the camera about the vertical, from the x axis [rad].
-        area: Part of the picture for the points.
-        covered: Part of the area that something else covers.
+    `azimuth` is the camera's angle about the vertical, from the x axis [rad]; `covered` is the part
+    of the area that something else covers.
     """
     away = np.array(
         [

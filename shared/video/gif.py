@@ -18,14 +18,7 @@ GIF_COLORS = 64
 
 
 def write_gif(recording: Recording, file: Path, settings: VideoSettings = GIF) -> float:
-    """Write a GIF of a recorded run.
-
-    Returns:
-        Duration of the GIF [s].
-
-    Raises:
-        ValueError: The recording cannot be read or holds no run.
-    """
+    """Write a GIF of a recorded run, and return its duration [s]."""
     return encode_gif(run_pictures(RecordedRun(recording), settings), file, settings)
 
 

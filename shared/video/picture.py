@@ -49,14 +49,6 @@ class Renderer:
         target: tuple[float, float, float],
         view: float = VIEW_ANGLE,
     ) -> None:
-        """Create a painter.
-
-        Args:
-            size: Columns and rows [pixels].
-            eye: Place of the camera [m].
-            target: Point in the middle of the picture [m].
-            view: Horizontal angle of view [rad].
-        """
         self.size = size
         self._camera = Camera(Intrinsics.symmetric(*size, view), looking_at(eye, target))
         self._eye = np.array(eye)
@@ -65,13 +57,7 @@ class Renderer:
     def paint(
         self, instant: Instant, radius: float, gripper_radius: float
     ) -> UInt8[np.ndarray, "h w 3"]:
-        """Return the picture of an instant, blue first.
-
-        Args:
-            instant: Cell.
-            radius: Radius of the rope [m].
-            gripper_radius: Radius of a gripper's body [m].
-        """
+        """Return the picture of an instant, blue first."""
         image = self._ground.copy()
         for body in (*instant.obstacles, *instant.arms):
             self._hull(image, _on_table(surface(body).points), SHADOW)

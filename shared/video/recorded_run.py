@@ -53,11 +53,7 @@ class RecordedRun:
     """Run of a recording, from its start to the recording's end."""
 
     def __init__(self, recording: Recording) -> None:
-        """Read the recording.
-
-        Raises:
-            ValueError: It cannot be read, or holds no run.
-        """
+        """Read the recording."""
         with tempfile.TemporaryDirectory() as folder:
             self.scenario: Scenario = recording.scenario(Path(folder))
             """Scenario that ran."""

@@ -59,14 +59,7 @@ def write_video(
     settings: VideoSettings = VIDEO,
     watch: Callable[[float], None] | None = None,
 ) -> float:
-    """Write a video of recorded runs, one after the other.
-
-    Returns:
-        Duration of the video [s].
-
-    Raises:
-        ValueError: A recording cannot be read or holds no run; the file cannot be written.
-    """
+    """Write a video of recorded runs, one after the other, and return its duration [s]."""
 
     def pictures() -> Iterator[Picture]:
         for number, recording in enumerate(recordings):
@@ -81,11 +74,7 @@ def write_video(
 
 
 def encode_video(pictures: Iterable[Picture], file: Path, settings: VideoSettings = VIDEO) -> float:
-    """Write pictures as a video and return its duration [s].
-
-    Raises:
-        ValueError: The file cannot be written.
-    """
+    """Write pictures as a video and return its duration [s]."""
     if file.suffix != ".mp4":
         raise ValueError(f"a video is named *.mp4, got {file}")
     # Under its final name only once it is whole.
@@ -134,14 +123,7 @@ def run_pictures(run: RecordedRun, settings: VideoSettings = VIDEO) -> Iterator[
 def title_card(
     title: str, lines: Sequence[str], duration: float, settings: VideoSettings = VIDEO
 ) -> Iterator[Picture]:
-    """Yield the pictures of a title.
-
-    Args:
-        title: Title.
-        lines: Lines below it.
-        duration: Time that it is shown [s].
-        settings: Size and rate.
-    """
+    """Yield the pictures of a title."""
     width, height = settings.size
     picture = np.full((height, width, 3), (40, 33, 30), np.uint8)
     left, top = width // 10, 2 * height // 5
@@ -158,26 +140,12 @@ def title_card(
 def write_text(
     picture: Picture, text: str, place: tuple[int, int], size: int, bold: bool = False
 ) -> None:
-    """Write a line of text into a picture.
-
-    Args:
-        picture: Picture.
-        text: Line.
-        place: Column and row of its lower left corner [pixels].
-        size: Height of a line [pixels].
-        bold: Whether it is bold.
-    """
+    """Write a line of text into a picture, from its lower left corner on [pixels]."""
     cv2.putText(picture, text, place, TEXT_COLOR, cv2.FontFace(FONT), size, _weight(bold))
 
 
 def text_width(text: str, size: int, bold: bool = False) -> int:
-    """Return the width of a line of text [pixels].
-
-    Args:
-        text: Line.
-        size: Height of a line [pixels].
-        bold: Whether it is bold.
-    """
+    """Return the width of a line of text [pixels]."""
     *_, width, _ = cv2.getTextSize((0, 0), text, (0, 0), cv2.FontFace(FONT), size, _weight(bold))
     return width
 

@@ -36,11 +36,7 @@ def _check_grip(name: str, grip: messages.Grip) -> None:
 
 
 def check_goal(goal: messages.Goal) -> None:
-    """Check the lengths and the places of a goal.
-
-    Raises:
-        ValueError: A length does not fit, or a coordinate lies outside of any cell.
-    """
+    """Check the lengths and the places of a goal."""
     count_nodes("goal.positions", goal.positions)
     check_places("goal.positions", goal.positions)
     check_turns(goal.turns)

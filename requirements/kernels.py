@@ -35,11 +35,7 @@ SOURCES = (
 
 
 def main(folder: Path | None) -> None:
-    """Compile all kernels, and write their machine code into a new folder, if one is given.
-
-    Raises:
-        RuntimeError: A kernel could not be compiled.
-    """
+    """Compile all kernels, and write their machine code into a new folder, if one is given."""
     with ThreadPool(os.cpu_count()) as pool:
         for count, name in enumerate(pool.imap_unordered(_compiled, SOURCES), 1):
             print(f"\rKernels: {count} of {len(SOURCES)} ({name})\033[K", end="", flush=True)

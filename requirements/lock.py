@@ -52,11 +52,7 @@ def main() -> None:
 
 
 def requirements(image: str) -> set[str]:
-    """Return the requirements of an image or of `dev`.
-
-    Args:
-        image: Name of an image or of a stage of their build, `all` or `dev`.
-    """
+    """Return the requirements of an image or a stage of its build, of `all` or of `dev`."""
     if image == "build":
         return set(BUILD_REQUIREMENTS)
     project = tomllib.loads((FOLDER.parent / "pyproject.toml").read_text())["project"]
@@ -100,11 +96,7 @@ def _entries(lock: str) -> list[str]:
 
 
 def without_torch(lock: str) -> str:
-    """Return a lock without PyTorch and what only its GPU builds need.
-
-    Args:
-        lock: Text of a lock.
-    """
+    """Return a lock without PyTorch and what only its GPU builds need."""
     kept = [
         e for e in _entries(lock) if not re.match(r"(torch|triton|nvidia-[\w-]+|cuda-[\w-]+)==", e)
     ]

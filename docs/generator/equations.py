@@ -15,10 +15,6 @@ BLOCK = re.compile(r'<div class="arithmatex">\\\[(.*?)\\\]</div>', re.DOTALL)
 
 
 def on_page_content(content: str, **_: Any) -> str:
-    """Return a page's HTML with its equations in MathML.
-
-    Args:
-        content: HTML of the page's text.
-    """
+    """Return a page's HTML with its equations in MathML."""
     content = INLINE.sub(lambda m: convert(html.unescape(m[1])), content)
     return BLOCK.sub(lambda m: convert(html.unescape(m[1]).strip(), display="block"), content)

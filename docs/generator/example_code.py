@@ -21,12 +21,7 @@ METHOD = re.compile(r"^from examples\.methods\.(\w+) import", re.MULTILINE)
 
 
 def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
-    """Return the page of the examples with their code, which is folded.
-
-    Args:
-        markdown: Text of the page.
-        page: Page of the site.
-    """
+    """Return the page of the examples with their code, which is folded."""
     return PICTURE.sub(_with_code, markdown) if page.file.src_uri == PAGE else markdown
 
 

@@ -53,12 +53,7 @@ PATHS = (
 
 
 def on_files(files: Files, *, config: MkDocsConfig) -> Files:
-    """Return the files of the site with the written pages.
-
-    Args:
-        files: Files of the site.
-        config: Configuration of the site.
-    """
+    """Return the files of the site with the written pages."""
     if str(ROOT) not in sys.path:
         sys.path.insert(0, str(ROOT))
     for path, content in pages():

@@ -22,13 +22,7 @@ CODE_OR_LINK = re.compile(
 
 
 def on_page_markdown(markdown: str, *, page: Page, config: MkDocsConfig, **_: Any) -> str:
-    """Return a page's Markdown with its links to source files replaced.
-
-    Args:
-        markdown: Text of the page.
-        page: Page of the site.
-        config: Configuration of the site.
-    """
+    """Return a page's Markdown with its links to source files replaced."""
     folder = os.path.dirname(page.file.src_uri)
 
     def replaced(match: re.Match[str]) -> str:

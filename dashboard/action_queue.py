@@ -7,7 +7,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from functools import partial
 from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import viser
 
 log = logging.getLogger(__name__)
 
@@ -23,6 +28,20 @@ class ActionQueue:
     def put(self, action: Action) -> None:
         """Append an action."""
         self._queue.put(action)
+
+    def on_change(self, element: Any, take: Callable[[Any], object]) -> None:
+        """Take each value that a person gives an element of the page, none that the page sets."""
+        element.on_update(
+            lambda event: event.client is not None and self.put(partial(take, event.target.value))
+        )
+
+    def on_press(
+        self, button: viser.GuiButtonHandle, act: Callable[[viser.ClientHandle], object]
+    ) -> None:
+        """Act on each press of a button, with the window in which it was pressed."""
+        button.on_click(
+            lambda event: event.client is not None and self.put(partial(act, event.client))
+        )
 
     def run(self) -> None:
         """Remove and run the actions that are queued now, oldest first.

@@ -177,41 +177,28 @@ class Page:
     def _add_layers(self, gui: viser.GuiApi) -> None:
         for label, layer in LAYERS.items():
             box = gui.add_checkbox(label, layer not in INITIALLY_HIDDEN)
-            box.on_update(
-                lambda event, layer=layer: self._actions.put(
-                    lambda: self._scene.set_layer_visible(layer, event.target.value)
-                )
-            )
+            self._actions.on_change(box, partial(self._scene.set_layer_visible, layer))
         coloring = gui.add_dropdown(
             "Rope's colour", COLORINGS, hint="What the seen rope's colour is"
         )
-        coloring.on_update(
-            lambda event: self._actions.put(partial(self._color_rope, event.target.value))
-        )
+        self._actions.on_change(coloring, self._color_rope)
         frame = gui.add_button(
             "Frame everything", icon=viser.Icon.MAXIMIZE, hint="See start, goal and obstacles whole"
         )
-        frame.on_click(
-            lambda event: self._actions.put(partial(self._frame_everything, event.client))
-        )
+        self._actions.on_press(frame, lambda client: show_whole(client, self._scenario))
         theme = gui.add_button(
             "Light or dark", icon=viser.Icon.SUN, hint="Switch the colours of this window"
         )
-        theme.on_click(lambda event: self._actions.put(partial(self._switch_theme, event.client)))
+        self._actions.on_press(theme, self._switch_theme)
         self._legend = gui.add_html(legend_html(coloring.value))
 
     def _color_rope(self, coloring: Coloring) -> None:
         self._scene.coloring = coloring
         self._legend.content = legend_html(coloring)
 
-    def _frame_everything(self, client: viser.ClientHandle | None) -> None:
-        if client is not None:
-            show_whole(client, self._scenario)
-
-    def _switch_theme(self, client: viser.ClientHandle | None) -> None:
-        if client is not None:
-            self._light_windows ^= {client.client_id}
-            set_theme(client, light=client.client_id in self._light_windows)
+    def _switch_theme(self, client: viser.ClientHandle) -> None:
+        self._light_windows ^= {client.client_id}
+        set_theme(client, light=client.client_id in self._light_windows)
 
     def notify(self, notification: Notification) -> None:
         """Show a notification in every open browser."""
@@ -302,8 +289,7 @@ class Page:
         self._scene.mark_stops(self._goal_editor.route.route, held)
         editing = self._goal_editor.editing
         self._goal_shortcuts.update(task, rope, arms, editing)
-        if self._saved_goals_folder.visible == editing:
-            self._saved_goals_folder.visible = not editing
+        self._saved_goals_folder.visible = not editing
         self._saved_goals.update(latest_with_age(inbox, topics.GOAL_LIST, now)[0], task)
         self._draw_scene(now)
         if (scene := self._undrawn.pop(topics.SCENE_STATE.key, None)) is not None:
@@ -332,22 +318,21 @@ class Page:
         self._health.update(inbox, now)
 
     def _draw_scene(self, now: int) -> None:
-        if (rope := self._undrawn.pop(topics.ROPE_NODES.key, None)) is not None:
-            self._scene.show_rope(rope)
-        if (truth := self._undrawn.pop(topics.ROPE_TRUTH.key, None)) is not None:
-            self._scene.show_truth(truth)
-        if (others := self._undrawn.pop(topics.ROPE_OTHERS.key, None)) is not None:
-            self._scene.show_others(others)
+        for topic, show in (
+            (topics.ROPE_NODES, self._scene.show_rope),
+            (topics.ROPE_TRUTH, self._scene.show_truth),
+            (topics.ROPE_OTHERS, self._scene.show_others),
+            (topics.CONTROLLER_PATH, self._scene.show_path),
+            (topics.ARM_STATE, self._scene.show_arms),
+        ):
+            if (message := self._undrawn.pop(topic.key, None)) is not None:
+                show(message)
         if now - self._plan_time >= PLAN_PERIOD and (
             plan := self._undrawn.pop(topics.CONTROLLER_PLAN.key, None)
         ):
             self._plan_time = now
             self._scene.show_plan(plan)
             self._plots.show_cost(plan, now / SECOND)
-        if (path := self._undrawn.pop(topics.CONTROLLER_PATH.key, None)) is not None:
-            self._scene.show_path(path)
-        if (arms := self._undrawn.pop(topics.ARM_STATE.key, None)) is not None:
-            self._scene.show_arms(arms)
 
     def _forget_past_motion(self, task: TaskState) -> None:
         """Hide prediction and path once the rope has returned to its start."""

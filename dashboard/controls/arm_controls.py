@@ -9,7 +9,6 @@ import viser
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
-from dashboard.controls.status_text import StatusLine
 from dashboard.markup import escaped
 from dashboard.outbox import Notification, Outbox
 from lariat.scenario import SIDES, Side
@@ -39,7 +38,6 @@ class ArmControls:
         self._live = live
         self._newest: ArmStates | None = None
         self._status = gui.add_html("")
-        self._shown: StatusLine | None = None
         self._status.visible = not live
         self._disarm = gui.add_button(
             "Disarm",
@@ -83,10 +81,7 @@ class ArmControls:
 
     def update(self, arms: ArmStates | None, age: float) -> None:
         """Show the state of the gateway and the buttons that apply to it."""
-        line = status_text.gateway_status(arms, age)
-        if line != self._shown:
-            self._shown = line
-            self._status.content = status_text.as_html(line)
+        self._status.content = status_text.as_html(status_text.gateway_status(arms, age))
         if arms is None:
             return
         if abs(arms.stamp - self._arm_status_stamp) >= ARM_STATUS_PERIOD:
@@ -99,9 +94,7 @@ class ArmControls:
             return
         self._newest = arms
         for arm in arms.arms:
-            group = self._grippers.get(arm.arm)
-            if group is not None and group.visible != (arm.driver != "fixed"):
+            if (group := self._grippers.get(arm.arm)) is not None:
                 group.visible = arm.driver != "fixed"
-        powered = arms.mode != ArmStates.DISARMED or any(a.powered for a in arms.arms)
-        if self._disarm.visible != powered:
-            self._disarm.visible = powered
+        powered = any(a.powered for a in arms.arms)
+        self._disarm.visible = powered or arms.mode != ArmStates.DISARMED

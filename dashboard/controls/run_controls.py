@@ -168,8 +168,7 @@ class RunControls:
                 button.visible = label == step
         state = None if task is None else task.state
         for shown, group in self._groups.items():
-            if group.visible != (state == shown):
-                group.visible = state == shown
+            group.visible = state == shown
 
 
 def next_step(task: TaskState | None, arms: ArmStates | None, simulated: bool) -> str:

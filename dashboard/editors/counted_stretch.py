@@ -43,13 +43,7 @@ class CountedStretch:
             visible=False,
             hint="The goal is where both ends are held; the shape between them is free.",
         )
-
-        @self._switch.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:
-                value = event.target.value is True
-                actions.put(lambda: self._take_switch(value))
-
+        actions.on_change(self._switch, self._take_switch)
         length = 1e3 * rope.length
         self._field = gui.add_vector2(
             "Counts [mm]",
@@ -61,12 +55,9 @@ class CountedStretch:
             hint="Stretch that must come to the goal: from and to, along the rope from its left "
             "end. The rest of the rope is free.",
         )
-
-        @self._field.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:
-                ends = event.target.value
-                actions.put(lambda: self._take(*(1e-3 * float(end) for end in ends)))
+        actions.on_change(
+            self._field, lambda ends: self._take(*(1e-3 * float(end) for end in ends))
+        )
 
     def show(self, visible: bool) -> None:
         """Show or hide switch and fields."""
@@ -90,8 +81,8 @@ class CountedStretch:
         return goal
 
     def _take_switch(self, ends_only: bool) -> None:
-        self.ends_only = ends_only
-        self._field.visible = self._visible and not ends_only
+        self.ends_only = ends_only is True
+        self._field.visible = self._visible and not self.ends_only
         self._when_changed()
 
     def _take(self, begin: float, end: float) -> None:

@@ -151,13 +151,7 @@ class GoalEditor:
         field = gui.add_vector3(
             f"{side.capitalize()} [mm]", (0.0, 0.0, 0.0), step=FIELD_STEP, visible=False
         )
-
-        @field.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:
-                value = np.array(event.target.value, float) / 1e3
-                actions.put(lambda: self._take_field(side, value))
-
+        actions.on_change(field, lambda v: self._take_field(side, np.array(v, float) / 1e3))
         return field
 
     def _add_angle_field(
@@ -170,13 +164,7 @@ class GoalEditor:
             visible=False,
             hint="Yaw, pitch and roll of the rope at this grip",
         )
-
-        @field.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:
-                value = np.radians(np.array(event.target.value, float))
-                actions.put(lambda: self._take_angles(side, value))
-
+        actions.on_change(field, lambda v: self._take_angles(side, np.radians(np.array(v, float))))
         return field
 
     def _add_turns_field(
@@ -189,13 +177,7 @@ class GoalEditor:
             visible=False,
             hint="Whole turns of twist of the right end against the left one",
         )
-
-        @field.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:
-                value = float(event.target.value)
-                actions.put(lambda: self._take_turns(value))
-
+        actions.on_change(field, self._take_turns)
         return field
 
     def _take_drag(self, side: Side, position: np.ndarray, orientation: np.ndarray) -> None:
@@ -216,7 +198,7 @@ class GoalEditor:
     def _take_turns(self, turns: float) -> None:
         if self.editing and np.isfinite(turns):
             self._handle.release()
-            self._turns = turns
+            self._turns = float(turns)
             self._touch()
 
     def _take_stretch(self) -> None:

@@ -71,8 +71,7 @@ class GoalShortcuts:
                 self._remember(goal_of(task.goal))
         is_known = rope is not None and not rope.lost and arms is not None and poses_known(arms)
         for button, applies in ((self._present, is_known), (self._undo, len(self._goals) > 1)):
-            if button.visible != (applies and not editing):
-                button.visible = applies and not editing
+            button.visible = applies and not editing
 
     def _remember(self, goal: Goal) -> None:
         """Remember a goal, unless it is the one that Undo has returned to."""

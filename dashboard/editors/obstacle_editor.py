@@ -80,21 +80,11 @@ class ObstacleEditor:
         self._selection = gui.add_dropdown(
             "Selected", (NO_SELECTION,), hint="Or click an obstacle in the 3-D view"
         )
-        self._selection.on_update(
-            lambda event: (
-                event.client is not None
-                and actions.put(lambda name=event.target.value: self.select(name))
-            )
-        )
+        actions.on_change(self._selection, self.select)
         self._centre_field = gui.add_vector3(
             "Centre [mm]", (0.0, 0.0, 0.0), step=1.0, visible=False
         )
-        self._centre_field.on_update(
-            lambda event: (
-                event.client is not None
-                and actions.put(lambda value=event.target.value: self._take_field(value))
-            )
-        )
+        actions.on_change(self._centre_field, self._take_field)
         self._size_field = gui.add_vector3(
             "Size [mm]",
             (1.0, 1.0, 1.0),
@@ -103,12 +93,7 @@ class ObstacleEditor:
             visible=False,
             hint="Extents along its x, y, z; a round shape's diameter is its extent along x",
         )
-        self._size_field.on_update(
-            lambda event: (
-                event.client is not None
-                and actions.put(lambda value=event.target.value: self._take_size(value))
-            )
-        )
+        actions.on_change(self._size_field, self._take_size)
         self._remove = gui.add_button(
             "Remove", icon=viser.Icon.TRASH, color=palette.NEUTRAL, visible=False
         )

@@ -57,9 +57,7 @@ class PullHandle:
             visible=False,
             hint="Node of the shape at which the small handle pulls; the ends give way",
         )
-        self._slider.on_update(
-            lambda event: event.client is not None and actions.put(self._take_node)
-        )
+        actions.on_change(self._slider, self._take_node)
 
         # A coroutine, because threads of a pool could reorder the events of a drag.
         @self._gizmo.on_update
@@ -116,7 +114,8 @@ class PullHandle:
         if len(self._nodes):
             self._gizmo.position = self._nodes[int(self._slider.value)]
 
-    def _take_node(self) -> None:
+    def _take_node(self, node: int) -> None:
+        del node
         self.release()
         self._place()
 

@@ -139,6 +139,4 @@ def _fill(handle: Any, options: Sequence[str], value: str) -> None:
     options = options or (NOTHING,)
     if tuple(handle.options) != tuple(options):
         handle.options = options
-    value = value if value in options else options[0]
-    if handle.value != value:
-        handle.value = value
+    handle.value = value if value in options else options[0]

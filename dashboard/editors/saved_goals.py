@@ -53,11 +53,11 @@ class SavedGoals:
             disabled=True,
             hint="Nodes, and what of them counts: for a scenario, or to be loaded again",
         )
-        self._download.on_click(lambda event: actions.put(partial(self._send, event.client)))
+        actions.on_press(self._download, self._send)
         self._delete = gui.add_button(
             "Delete goal …", icon=viser.Icon.TRASH, color=palette.NEUTRAL, disabled=True
         )
-        self._delete.on_click(lambda event: actions.put(partial(self._ask_delete, event.client)))
+        actions.on_press(self._delete, self._ask_delete)
         self._name = gui.add_text("Goal name", "", hint="Small letters, digits, - and _")
         self._save = gui.add_button(
             "Save goal",
@@ -70,9 +70,7 @@ class SavedGoals:
     def update(self, goals: GoalList | None, task: TaskState | None) -> None:
         """Show the goals of the recorder's list."""
         self._task = task
-        unknown = goals is None or task is None or not task.goal.positions
-        if self._save.disabled != unknown:
-            self._save.disabled = unknown
+        self._save.disabled = goals is None or task is None or not task.goal.positions
         if goals is None or goals.stamp == self._stamp:
             return
         self._stamp = goals.stamp
@@ -109,14 +107,14 @@ class SavedGoals:
             goal = goal_of(self._task.goal)
             self._outbox.request_goals(GoalListRequest.SAVE, name, "Save goal", goal)
 
-    def _send(self, client: viser.ClientHandle | None) -> None:
-        if client is not None and (name := self._chosen):
+    def _send(self, client: viser.ClientHandle) -> None:
+        if name := self._chosen:
             saved = self._goals[name]
             text = goal_table(goal_of(saved.goal), name, saved.scenario)
             client.send_file_download(f"{name}.csv", text.encode(), save_immediately=True)
 
-    def _ask_delete(self, client: viser.ClientHandle | None) -> None:
-        if client is None or not (name := self._chosen):
+    def _ask_delete(self, client: viser.ClientHandle) -> None:
+        if not (name := self._chosen):
             return
         modal = client.gui.add_modal(f"Delete the goal {name}?")
         with modal:

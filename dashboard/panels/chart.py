@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 
 import numpy as np
 import viser
@@ -49,47 +50,31 @@ def add_chart(
 
     The columns of its data are time, limit, the line and those of earlier runs.
     """
-    series: list[uplot.Series] = [{"label": "t [s]"}]
+    series = []
     if limit_label:
-        series.append(
-            {
-                "label": limit_label,
-                "stroke": palette.css(palette.WARNING, 0.8),
-                "width": 1,
-                "dash": (6, 5),
-                "points": {"show": False},
-            }
-        )
-    series.append(
-        {
-            "label": label,
-            "stroke": palette.css(color),
-            "width": 2,
-            "points": {"show": False},
-        }
-    )
+        series.append(_line(limit_label, palette.css(palette.WARNING, 0.8), 1, dash=(6, 5)))
+    series.append(_line(label, palette.css(color)))
     for age in range(1, 1 + EARLIER_RUNS * with_earlier_runs):
-        series.append(
-            {
-                "label": f"{label}, {age} run{'s' if age > 1 else ''} before",
-                "stroke": palette.css(color, 0.6 / age),
-                "width": 1,
-                "points": {"show": False},
-            }
-        )
-    return _plot(gui, title, tuple(series))
+        name = f"{label}, {age} run{'s' if age > 1 else ''} before"
+        series.append(_line(name, palette.css(color, 0.6 / age), 1))
+    return _plot(gui, title, series)
 
 
 def add_comparison_chart(
-    gui: viser.GuiApi, title: str, names: Sequence[str] = (), curves: Sequence[Curve] = ()
+    gui: viser.GuiApi, title: str, names: Sequence[str], curves: Sequence[Curve]
 ) -> viser.GuiUplotHandle:
     """Add a chart of several runs.
 
     Other runs need another chart, which has its curves from its first drawing: viser keeps the part
     of the time axis that was seen before, be it nothing.
     """
-    data = overlay(curves) if curves else ()
-    return _plot(gui, title, comparison_series(names), data, with_legend=True)
+    # Told apart by colour and dashes.
+    colors = cycle(palette.css(color) for color in COMPARISON_COLORS)
+    lines = [
+        _line(name, color, dash=dash)
+        for name, color, dash in zip(names or ["no run"], colors, cycle(((), (8, 4))), strict=False)
+    ]
+    return _plot(gui, title, lines, overlay(curves) if curves else (), with_legend=True)
 
 
 def add_estimate_chart(gui: viser.GuiApi, title: str, color: Color) -> viser.GuiUplotHandle:
@@ -98,55 +83,27 @@ def add_estimate_chart(gui: viser.GuiApi, title: str, color: Color) -> viser.Gui
     The columns of its data are time, true value, estimate, estimate plus and minus sigma, and the
     marks of the runs' starts (`with_marks`).
     """
-    edge: uplot.Series = {
-        "label": "± σ",
-        "stroke": palette.css(color, 0.35),
-        "width": 1,
-        "points": {"show": False},
-    }
-    series: tuple[uplot.Series, ...] = (
-        {"label": "t [s]"},
-        {
-            "label": "true value (simulation)",
-            "stroke": palette.css(palette.TRUTH),
-            "width": 1,
-            "dash": (6, 5),
-            "points": {"show": False},
-        },
-        {
-            "label": "estimate",
-            "stroke": palette.css(color),
-            "width": 2,
-            "points": {"show": False},
-        },
+    edge = _line("± σ", palette.css(color, 0.35), 1)
+    series = (
+        _line("true value (simulation)", palette.css(palette.TRUTH), 1, dash=(6, 5)),
+        _line("estimate", palette.css(color)),
         edge,
         edge,
-        {
-            "label": "start of a run",
-            "stroke": palette.css(palette.QUIET, 0.8),
-            "width": 1,
-            "points": {"show": False},
-        },
+        _line("start of a run", palette.css(palette.QUIET, 0.8), 1),
     )
     chart = _plot(gui, title, series)
     chart.bands = ({"series": (3, 4), "fill": palette.css(color, 0.15)},)
     return chart
 
 
-def comparison_series(names: Sequence[str]) -> tuple[uplot.Series, ...]:
-    """Lines of a comparison, one for each name, told apart by colour and dashes."""
-    series: list[uplot.Series] = [{"label": "t [s]"}]
-    for k, name in enumerate(names or ["no run"]):
-        line: uplot.Series = {
-            "label": name,
-            "stroke": palette.css(COMPARISON_COLORS[k % len(COMPARISON_COLORS)]),
-            "width": 2,
-            "points": {"show": False},
-        }
-        if k % 2:
-            line["dash"] = (8, 4)
-        series.append(line)
-    return tuple(series)
+def _line(label: str, color: str, width: int = 2, dash: tuple[int, ...] = ()) -> uplot.Series:
+    line: uplot.Series = {
+        "label": label,
+        "stroke": color,
+        "width": width,
+        "points": {"show": False},
+    }
+    return {**line, "dash": dash} if dash else line
 
 
 def overlay(curves: Sequence[Curve]) -> tuple[np.ndarray, ...]:
@@ -181,10 +138,11 @@ def with_marks(columns: tuple[np.ndarray, ...], times: Sequence[float]) -> tuple
 def _plot(
     gui: viser.GuiApi,
     title: str,
-    series: tuple[uplot.Series, ...],
+    lines: Sequence[uplot.Series],
     data: tuple[np.ndarray, ...] = (),
     with_legend: bool = False,
 ) -> viser.GuiUplotHandle:
+    series: tuple[uplot.Series, ...] = ({"label": "t [s]"}, *lines)
     # A chart whose first data were empty would keep a time axis from NaN to NaN.
     times, nothing = overlay(())
     # Without colours of its own, an axis has those of the window's theme.
@@ -194,7 +152,7 @@ def _plot(
         "font": TEXT_FONT,
     }
     return gui.add_uplot(
-        data=data or (times, *[nothing] * (len(series) - 1)),
+        data=data or (times, *[nothing] * len(lines)),
         # Axes are those of data.
         visible=bool(data),
         series=series,

@@ -23,13 +23,11 @@ class ChecksPanel:
         """Add the list to the page."""
         self._checks = checks
         gui.add_html(note_html(INTRODUCTION))
-        self._list, self._shown = gui.add_html(""), ""
+        self._list = gui.add_html("")
 
     def draw(self) -> None:
         """Draw the results."""
-        shown = list_html(self._checks.results())
-        if shown != self._shown:
-            self._list.content = self._shown = shown
+        self._list.content = list_html(self._checks.results())
 
 
 def list_html(results: tuple[CheckResult, ...]) -> str:

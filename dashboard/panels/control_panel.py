@@ -51,7 +51,7 @@ class ControlPanel:
         self._defaults = {key: float(parse_value(by_key[f"control.{key}"].value)) for key in keys}
         self._fields = {key: _add(gui, by_key[f"control.{key}"]) for key in keys}
         for key, handle in self._fields.items():
-            handle.on_update(partial(self._take, actions, key))
+            actions.on_change(handle, partial(self._take, key))
         self._reset = gui.add_button(
             "Back to the scenario's values",
             icon=viser.Icon.ARROW_BACK_UP,
@@ -60,10 +60,9 @@ class ControlPanel:
         )
         self._reset.on_click(lambda _: actions.put(self._restore))
 
-    def _take(self, actions: ActionQueue, key: str, event: viser.GuiEvent) -> None:
-        if event.client is not None and math.isfinite(float(event.target.value)):
-            value = event.target.value
-            actions.put(lambda: self._unsent.__setitem__(key, value))
+    def _take(self, key: str, value: float) -> None:
+        if math.isfinite(float(value)):
+            self._unsent[key] = value
 
     def _restore(self) -> None:
         for key, handle in self._fields.items():
@@ -83,12 +82,9 @@ class ControlPanel:
         self._shown_task = task.revision, task.last_request
         for key, handle in self._fields.items():
             if key in task.settings and key not in self._unsent:
-                value = type(handle.value)(parse_value(task.settings[key]))
-                if handle.value != value:
-                    handle.value = value
+                handle.value = type(handle.value)(parse_value(task.settings[key]))
         changed = any(h.value != self._defaults[key] for key, h in self._fields.items())
-        if self._reset.visible != changed:
-            self._reset.visible = changed
+        self._reset.visible = changed
 
 
 def _add(gui: viser.GuiApi, field: SettingField) -> viser.GuiSliderHandle | viser.GuiNumberHandle:

@@ -39,10 +39,6 @@ class HealthPanel:
                 health[name] = (message, age)
         stack, _ = latest_with_age(inbox, topics.STACK_STATE, now)
         record, _ = latest_with_age(inbox, topics.RUN_RECORD, now)
-        for element, content in (
-            (self._table, health_table.table_html(SERVICES, health, stack)),
-            (self._recorder, health_table.recorder_html(record)),
-            (self._ages, topic_ages.ages_html(health)),
-        ):
-            if element.content != content:
-                element.content = content
+        self._table.content = health_table.table_html(SERVICES, health, stack)
+        self._recorder.content = health_table.recorder_html(record)
+        self._ages.content = topic_ages.ages_html(health)

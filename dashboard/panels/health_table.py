@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from dashboard import palette
+from dashboard import markup, palette
 from dashboard.markup import escaped
 from dashboard.palette import Color
 from dashboard.subscriptions import STALE_AGE
@@ -83,14 +83,7 @@ def table_html(
                 f"{escaped(message.note)}</td></tr>"
             )
     heads = ("", "state", "step p50 / p99 [ms]", "period [ms]", "overruns", "refused", "age [s]")
-    head = "".join(
-        f"<th style='font-weight:500;opacity:.6;text-align:left'>{escaped(h)}</th>" for h in heads
-    )
-    return (
-        "<div style='margin:.5em .6em;overflow-x:auto'><table style='font-size:.78em;"
-        "border-spacing:.55em .3em;font-variant-numeric:tabular-nums;line-height:1.25'>"
-        f"<tr>{head}</tr>{''.join(rows)}</table></div>"
-    )
+    return markup.table_html(heads, "".join(rows))
 
 
 def recorder_html(record: RecordState | None) -> str:

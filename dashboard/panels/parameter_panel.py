@@ -53,27 +53,18 @@ class ParameterPanel:
             visible=live,
             hint="Estimate the rope's parameters from what the camera sees; during a run, too",
         )
-        self._adapt.on_update(
-            lambda event: (
-                event.client is not None
-                and actions.put(
-                    lambda value=event.target.value: outbox.request_task(
-                        TaskRequest.SET,
-                        "Adapt",
-                        key=ADAPT,
-                        value="true" if value is True else "false",
-                    )
-                )
-            )
+        actions.on_change(
+            self._adapt,
+            lambda value: outbox.request_task(
+                TaskRequest.SET, "Adapt", key=ADAPT, value="true" if value is True else "false"
+            ),
         )
         self._shown_task = -1, ""
         """Revision and last request of the task that the switch shows."""
         self._truth = true_values(scenario)
         self._table = gui.add_html(note_html("No parameters yet."))
         self._selection = gui.add_dropdown("Over time", (FIRST_PARAMETER,))
-        self._selection.on_update(
-            lambda event: actions.put(lambda name=event.target.value: self._select(name))
-        )
+        actions.on_change(self._selection, self._select)
         self._estimate = add_estimate_chart(gui, FIRST_PARAMETER, palette.ROPE)
         self._histories: dict[str, History] = {}
         self._selected = FIRST_PARAMETER
@@ -114,9 +105,7 @@ class ParameterPanel:
 
     def update(self, task: TaskState | None) -> None:
         """Show whether the controller adapts."""
-        disabled = task is None or ADAPT not in task.settings
-        if self._adapt.disabled != disabled:
-            self._adapt.disabled = disabled
+        self._adapt.disabled = task is None or ADAPT not in task.settings
         if task is None or (task.revision, task.last_request) == self._shown_task:
             return
         self._shown_task = task.revision, task.last_request
@@ -128,8 +117,7 @@ class ParameterPanel:
             return
         self._draw_time = now
         self._chart.data = self._history.columns
-        if not self._chart.visible:
-            self._chart.visible = True
+        self._chart.visible = True
         parameters = named_parameters(self._undrawn)
         self._table.content = table_html(parameters)
         names = tuple(p.name for p in parameters)
@@ -151,13 +139,12 @@ class ParameterPanel:
         truth = self._truth.get(self._selected, math.nan)
         truth_line = np.full(len(time), truth) if math.isfinite(truth) else value
         rows = (truth_line, value, value + sigma, value - sigma)
-        title = f"{self._selected.replace('_', ' ')} [{units.get(self._selected, '')}]"
-        if self._estimate.title != title:
-            self._estimate.title = title
+        self._estimate.title = (
+            f"{self._selected.replace('_', ' ')} [{units.get(self._selected, '')}]"
+        )
         starts = [(start - self._first_stamp) / SECOND for start in self._run_starts]
         self._estimate.data = with_marks((time, *rows), starts)
-        if not self._estimate.visible:
-            self._estimate.visible = True
+        self._estimate.visible = True
 
 
 def true_values(scenario: Scenario) -> dict[str, float]:

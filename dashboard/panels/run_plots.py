@@ -90,9 +90,7 @@ class RunPlots:
         if 0.0 <= now - self._cost_time < COST_PERIOD:
             return
         self._cost_time = now
-        content = cost_html(plan.cost)
-        if content != self._cost.content:
-            self._cost.content = content
+        self._cost.content = cost_html(plan.cost)
 
     def draw(self, now: float) -> None:
         """Draw the charts if they have changed, at most every `REFRESH_PERIOD`."""
@@ -106,8 +104,7 @@ class RunPlots:
             shown = any(np.any(np.isfinite(run[column])) for run in runs)
             if shown:
                 chart.data = over_earlier_runs([(run[0], run[column]) for run in runs], limit)
-            if chart.visible != shown:
-                chart.visible = shown
+            chart.visible = shown
 
 
 def over_earlier_runs(curves: Sequence[Curve], limit: float) -> tuple[np.ndarray, ...]:

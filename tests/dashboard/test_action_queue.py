@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+from collections.abc import Callable
+from types import SimpleNamespace
+
 import pytest
 
 from dashboard.action_queue import ActionQueue
@@ -26,3 +29,22 @@ def test_action_that_fails_is_logged_and_does_not_stop_the_others(
     actions.run()
     assert done == ["next"]
     assert "could not convert" in caplog.text
+
+
+def test_values_that_a_person_gives_are_taken_and_those_that_the_page_sets_are_not() -> None:
+    actions, taken, element = ActionQueue(), [], Element()
+    actions.on_change(element, taken.append)
+    actions.on_press(element, taken.append)
+    for client in ("window 1", None):
+        for call in element.calls:
+            call(SimpleNamespace(client=client, target=SimpleNamespace(value=0.5)))
+    actions.run()
+    assert taken == [0.5, "window 1"]
+
+
+class Element:
+    """Element of a page, as far as it tells what people do with it."""
+
+    def __init__(self) -> None:
+        self.calls: list[Callable[[SimpleNamespace], object]] = []
+        self.on_update = self.on_click = self.calls.append

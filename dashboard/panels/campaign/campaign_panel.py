@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import viser
 
@@ -112,7 +111,7 @@ class CampaignPanel:
         )
         self._start.on_click(lambda _: actions.put(self._request))
         self._cancel.on_click(lambda _: actions.put(self._request_cancel))
-        self._download.on_click(lambda event: actions.put(partial(self._send, event.client)))
+        actions.on_press(self._download, self._send)
         handles = (self._first_seed, self._seed_count)
         varied = [h for v in self._variations for h in (v.key, v.values)]
         for handle in (*handles, *varied):
@@ -124,16 +123,10 @@ class CampaignPanel:
         names = () if stack is None else tuple(entry.name for entry in stack.scenarios)
         if tuple(self._scenario.options) != (RUNNING, *names):
             self._scenario.options = (RUNNING, *names)  # pyright: ignore[reportAttributeAccessIssue]
-        about = note_html(NO_LAUNCHER if stack is None else ABOUT)
-        if self._about.content != about:
-            self._about.content = about
+        self._about.content = note_html(NO_LAUNCHER if stack is None else ABOUT)
         running = campaign is not None and campaign.running
-        for button, disabled in (
-            (self._start, stack is None or running or bool(self._problem)),
-            (self._cancel, stack is None or not running),
-        ):
-            if button.disabled != disabled:
-                button.disabled = disabled
+        self._start.disabled = stack is None or running or bool(self._problem)
+        self._cancel.disabled = stack is None or not running
         if campaign is None or ((shown := self._campaign) and shown.stamp == campaign.stamp):
             return
         self._campaign = campaign
@@ -143,9 +136,7 @@ class CampaignPanel:
             (self._groups, groups_html(campaign)),
             (self._trials, trials_html(campaign)),
         ):
-            # A table that is drawn anew scrolls back to its beginning.
-            if handle.content != content:
-                handle.content, handle.visible = content, bool(content)
+            handle.content, handle.visible = content, bool(content)
 
     def _read_variations(self) -> list[Variation]:
         """Return the settings that vary."""
@@ -201,7 +192,7 @@ class CampaignPanel:
     def _request_cancel(self) -> None:
         self._outbox.request_stack(StackRequest.CANCEL_CAMPAIGN, "Cancel campaign")
 
-    def _send(self, client: viser.ClientHandle | None) -> None:
-        if client is not None and self._campaign is not None:
+    def _send(self, client: viser.ClientHandle) -> None:
+        if self._campaign is not None:
             content = campaign_csv(self._campaign).encode()
             client.send_file_download(f"{self._campaign.name}.csv", content, save_immediately=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from dashboard import palette
 from dashboard.controls.status_text import format_millimeters
-from dashboard.markup import escaped, note_html
+from dashboard.markup import escaped, note_html, table_html
 from dashboard.panels.campaign.value_list import plain_value
 from shared.messages import CampaignState, CampaignTrial
 
@@ -85,8 +85,8 @@ def groups_html(campaign: CampaignState | None) -> str:
             format_millimeters(min(clearances, default=math.nan)),
             f"{np.median(times):.1f} s" if times else "–",
         ]
-        rows.append((cells, palette.QUIET))
-    return _table(heads, rows, len(campaign.keys), 160)
+        rows.append(_row(cells, len(campaign.keys), palette.QUIET))
+    return table_html(heads, "".join(rows), "160px")
 
 
 def trials_html(campaign: CampaignState | None) -> str:
@@ -120,36 +120,18 @@ def trials_html(campaign: CampaignState | None) -> str:
             f"{after:.1f} s" if math.isfinite(after) else "–",
             f"{trial.wall:.0f} s" if trial.state in (DONE, BROKEN) else "–",
         ]
-        rows.append((cells, color))
-    return _table(heads, rows, 1 + len(campaign.keys), 260)
+        rows.append(_row(cells, 1 + len(campaign.keys), color))
+    return table_html(heads, "".join(rows), "260px")
 
 
 def _short(key: str) -> str:
     return key.rpartition(".")[2].replace("_", " ")
 
 
-def _table(
-    heads: Sequence[str],
-    rows: Sequence[tuple[Sequence[str], palette.Color]],
-    verdict: int,
-    height: int,
-) -> str:
-    """HTML of a table with the colour of each row's verdict; it scrolls above a height [pixels]."""
-    head = "".join(
-        f"<th style='text-align:left;font-weight:500;opacity:.6'>{escaped(h)}</th>" for h in heads
-    )
-    body = ""
-    for cells, color in rows:
-        styles = ["white-space:nowrap"] * len(cells)
-        styles[verdict] = f"color:{palette.text_css(color)}"
-        body += "<tr>"
-        body += "".join(
-            f"<td style='{style}'>{escaped(text)}</td>"
-            for style, text in zip(styles, cells, strict=True)
-        )
-        body += "</tr>"
-    return (
-        f"<div style='margin:.4em .6em;max-height:{height}px;overflow:auto'><table style='"
-        "font-size:.78em;border-spacing:.5em .25em;line-height:1.25;"
-        f"font-variant-numeric:tabular-nums'><tr>{head}</tr>{body}</table></div>"
-    )
+def _row(cells: Sequence[str], verdict: int, color: palette.Color) -> str:
+    """HTML of a row whose verdict, one of its cells, has a colour."""
+    styles = ["white-space:nowrap"] * len(cells)
+    styles[verdict] = f"color:{palette.text_css(color)}"
+    pairs = zip(styles, cells, strict=True)
+    row = "".join(f"<td style='{style}'>{escaped(text)}</td>" for style, text in pairs)
+    return f"<tr>{row}</tr>"

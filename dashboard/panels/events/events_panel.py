@@ -25,11 +25,9 @@ class EventsPanel:
         self._draw_time = 0
         # A list shows what is chosen; a group of buttons would not.
         choice = gui.add_dropdown("Level", tuple(LEVELS), hint="Least weight of the events")
-        choice.on_update(
-            lambda event: actions.put(lambda name=event.target.value: self._choose(LEVELS[name]))
-        )
+        actions.on_change(choice, self._choose)
         words = gui.add_text("Find", "", hint="Words of an event, or the name of a service")
-        words.on_update(lambda event: actions.put(lambda text=event.target.value: self._find(text)))
+        actions.on_change(words, self._find)
         self._list = gui.add_html(list_html(()))
 
     def clear(self) -> None:
@@ -55,8 +53,8 @@ class EventsPanel:
         self._drawn, self._draw_time = state, now
         self._list.content = list_html(self._events.selected(self._level, self._words))
 
-    def _choose(self, level: Level) -> None:
-        self._level = level
+    def _choose(self, name: str) -> None:
+        self._level = LEVELS[name]
 
     def _find(self, text: str) -> None:
         self._words = text

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import threading
-from functools import partial
 
 import cv2
 import numpy as np
@@ -72,8 +71,8 @@ class OpenedRun:
             close = gui.add_button("Close", icon=viser.Icon.X, color=palette.NEUTRAL)
         self._play.on_click(lambda _: actions.put(self._toggle))
         close.on_click(lambda _: actions.put(self.close))
-        self._save_picture.on_click(lambda e: actions.put(partial(self._send_picture, e.client)))
-        self._save_scene.on_click(lambda e: actions.put(partial(self._send_scene, e.client)))
+        actions.on_press(self._save_picture, self._send_picture)
+        actions.on_press(self._save_scene, self._send_scene)
 
     def open(self, id: str) -> None:
         """Ask the recorder for the motion of a run."""
@@ -158,12 +157,7 @@ class OpenedRun:
                 marks=tuple(marks) or None,
                 order=self._play.order - 0.5,
             )
-        self._bar.on_update(
-            lambda event: (
-                event.client is not None
-                and self._actions.put(lambda value=event.target.value: self._take_bar(value))
-            )
-        )
+        self._actions.on_change(self._bar, self._take_bar)
 
     def _take_bar(self, seconds: float) -> None:
         if self._playing:
@@ -185,17 +179,17 @@ class OpenedRun:
             self._seek(self._motion.time[0])
         self._play.label = "Pause" if self._playing else "Play"
 
-    def _send_picture(self, client: viser.ClientHandle | None) -> None:
-        if client is not None and self._picture is not None:
+    def _send_picture(self, client: viser.ClientHandle) -> None:
+        if self._picture is not None:
             image = cv2.cvtColor(self._picture, cv2.COLOR_RGB2BGR)
             content = cv2.imencode(".png", image)[1].tobytes()
             client.send_file_download(
                 f"{self._id}-{self._seconds:.2f}s.png", content, save_immediately=True
             )
 
-    def _send_scene(self, client: viser.ClientHandle | None) -> None:
+    def _send_scene(self, client: viser.ClientHandle) -> None:
         """Send the scene with the run's motion as one HTML file."""
-        if client is None or self._motion is None:
+        if self._motion is None:
             return
         name, times = f"{self._id}.html", np.array(self._motion.time)
         serializer = self._server.get_scene_serializer()

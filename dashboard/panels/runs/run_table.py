@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from datetime import UTC, datetime
 
-from dashboard import palette
+from dashboard import markup, palette
 from dashboard.controls.status_text import format_millimeters
 from dashboard.markup import escaped
 from lariat.trajectory import SECOND
@@ -49,9 +49,6 @@ def table_html(runs: Sequence[RunSummary], selected: Collection[str]) -> str:
     if not runs:
         return "<div style='margin:.5em 1em;opacity:.8'>No run is kept that matches.</div>"
     heads = ("", "start", "scenario, note", "verdict", "error", "clearance", "time")
-    head = "".join(
-        f"<th style='text-align:left;font-weight:500;opacity:.6'>{escaped(h)}</th>" for h in heads
-    )
     rows = []
     for run in runs[:MAX_ROWS]:
         color = palette.GOOD if run.reached else palette.QUIET if not run.over else palette.WARNING
@@ -68,12 +65,7 @@ def table_html(runs: Sequence[RunSummary], selected: Collection[str]) -> str:
         shade = "background:rgba(92,170,255,.15)" if run.id in selected else ""
         row = "".join(_cell_html(*cell) for cell in cells)
         rows.append(f"<tr style='{shade}'>{row}</tr>")
-    return (
-        "<div style='margin:.4em .6em;max-height:260px;overflow:auto'><table style='"
-        "font-size:.78em;border-spacing:.5em .25em;line-height:1.25;"
-        "font-variant-numeric:tabular-nums'>"
-        f"<tr>{head}</tr>{''.join(rows)}</table></div>"
-    )
+    return markup.table_html(heads, "".join(rows), "260px")
 
 
 def _cell_html(style: str, text: str, more: str = "") -> str:

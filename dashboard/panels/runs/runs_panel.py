@@ -80,14 +80,7 @@ class RunsPanel:
         self._filter.on_update(lambda _: actions.put(self._show_options))
         self._table = gui.add_html(table_html((), ()))
         self._selection = gui.add_dropdown("Run", (NO_RUN,))
-        self._selection.on_update(
-            lambda event: (
-                event.client is not None
-                and actions.put(
-                    lambda name=event.target.value: self._select(self._ids.get(name, ""))
-                )
-            )
-        )
+        actions.on_change(self._selection, lambda name: self._select(self._ids.get(name, "")))
         self._detail = gui.add_html("")
         self._open = gui.add_button(
             "Open run",
@@ -110,19 +103,12 @@ class RunsPanel:
         self._star = gui.add_button("Star", icon=viser.Icon.STAR, disabled=True)
         self._star.on_click(lambda _: actions.put(self._toggle_star))
         self._note = gui.add_text("Note", "", disabled=True)
-        self._note.on_update(
-            lambda event: (
-                event.client is not None
-                and actions.put(lambda text=event.target.value: self._take_note(text))
-            )
-        )
+        actions.on_change(self._note, self._take_note)
         self._export = gui.add_button("Export CSV", icon=viser.Icon.DOWNLOAD, disabled=True)
-        self._export.on_click(
-            lambda event: actions.put(partial(self._request_export, event.client))
-        )
+        actions.on_press(self._export, self._request_export)
         self._video = VideoButton(gui, actions, outbox, notify)
         self._delete = gui.add_button("Delete …", icon=viser.Icon.TRASH, disabled=True)
-        self._delete.on_click(lambda event: actions.put(partial(self._confirm, event.client)))
+        actions.on_press(self._delete, self._confirm)
         self._actions = actions
         self._charts = gui.add_folder("Compared runs")
         self._drawn: tuple[viser.GuiUplotHandle, ...] = ()
@@ -223,8 +209,8 @@ class RunsPanel:
     def _request_curves(self, *ids: str) -> None:
         self._outbox.request_runs(RunListRequest.SEND_CURVES, ids, "Curves")
 
-    def _request_export(self, client: viser.ClientHandle | None) -> None:
-        if self._selected and client is not None:
+    def _request_export(self, client: viser.ClientHandle) -> None:
+        if self._selected:
             self._downloads.setdefault(self._selected, []).append(client)
             self._request_curves(self._selected)
 
@@ -251,10 +237,10 @@ class RunsPanel:
         fields = {"note": note, "star": star}
         self._outbox.request_runs(RunListRequest.ANNOTATE, [run.id], "Note", **fields)
 
-    def _confirm(self, client: viser.ClientHandle | None) -> None:
+    def _confirm(self, client: viser.ClientHandle) -> None:
         """Ask in the window where deleting was pressed: a recording does not come back."""
         run = self._runs.get(self._selected)
-        if run is None or client is None:
+        if run is None:
             return
         modal = client.gui.add_modal("Delete this run?")
         with modal:

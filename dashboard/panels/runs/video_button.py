@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 import viser
 
@@ -39,7 +38,7 @@ class VideoButton:
             disabled=True,
             hint="Drawn from the recording while the cell goes on, then downloaded",
         )
-        self._button.on_click(lambda event: actions.put(partial(self._press, event.client)))
+        actions.on_press(self._button, self._press)
 
     def select(self, run: str) -> None:
         """Take the run that is selected; empty where none is, or where it has no recording."""
@@ -58,7 +57,7 @@ class VideoButton:
         elif client is not None and run == video.run:
             client.send_file_download(f"{video.run}.mp4", video.data, save_immediately=True)
 
-    def _press(self, client: viser.ClientHandle | None) -> None:
+    def _press(self, client: viser.ClientHandle) -> None:
         if self._made:
             self._outbox.request_runs(RunListRequest.CANCEL_VIDEO, [self._made], "Cancel video")
         elif self._run:

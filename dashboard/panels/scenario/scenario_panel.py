@@ -67,11 +67,11 @@ class ScenarioPanel:
             disabled=True,
             hint="End the present cell and start the chosen scenario, with the changes below",
         )
-        self._start.on_click(lambda event: actions.put(partial(self._ask_start, event.client)))
+        actions.on_press(self._start, self._ask_start)
         self._delete = gui.add_button(
             "Delete …", icon=viser.Icon.TRASH, color=palette.NEUTRAL, visible=False
         )
-        self._delete.on_click(lambda event: actions.put(partial(self._ask_delete, event.client)))
+        actions.on_press(self._delete, self._ask_delete)
         self._editor = SettingEditor(gui, scenario, actions)
         with gui.add_folder("Save", expand_by_default=True):
             self._name = gui.add_text("Name", "", hint="Small letters, digits, - and _")
@@ -83,7 +83,7 @@ class ScenarioPanel:
             save = gui.add_button("Save", icon=viser.Icon.DEVICE_FLOPPY)
             save.on_click(lambda _: actions.put(self._save))
             download = gui.add_button("Download file", icon=viser.Icon.DOWNLOAD)
-            download.on_click(lambda event: actions.put(partial(self._send_file, event.client)))
+            actions.on_press(download, self._send_file)
             upload = gui.add_upload_button("Start a file …", icon=viser.Icon.UPLOAD)
             upload.on_upload(
                 lambda event: uploads.take(
@@ -129,7 +129,7 @@ class ScenarioPanel:
         self._description.content = note_html(text)
         self._delete.visible = bool(entry and entry.own)
 
-    def _ask_start(self, client: viser.ClientHandle | None) -> None:
+    def _ask_start(self, client: viser.ClientHandle) -> None:
         if self._has_problems():
             return
         if self._chosen:
@@ -182,8 +182,8 @@ class ScenarioPanel:
         for button in (start, cancel):
             button.on_click(lambda _: modal.close())
 
-    def _ask_delete(self, client: viser.ClientHandle | None) -> None:
-        if client is None or not (name := self._chosen):
+    def _ask_delete(self, client: viser.ClientHandle) -> None:
+        if not (name := self._chosen):
             return
         modal = client.gui.add_modal(f"Delete {name}?")
         with modal:
@@ -232,10 +232,9 @@ class ScenarioPanel:
             return True
         return False
 
-    def _send_file(self, client: viser.ClientHandle | None) -> None:
-        if client is not None:
-            name, text = f"{self._scenario.name}.toml", self._scenario.text
-            client.send_file_download(name, text.encode(), save_immediately=True)
+    def _send_file(self, client: viser.ClientHandle) -> None:
+        name, text = f"{self._scenario.name}.toml", self._scenario.text
+        client.send_file_download(name, text.encode(), save_immediately=True)
 
 
 def _real_arms(content: bytes) -> list[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import viser
 
 from dashboard import palette
@@ -33,12 +35,7 @@ class SettingEditor:
         """Reasons why changed texts are not valid, by their keys."""
         self._handles: list[Handle] = []
         self._choice = gui.add_dropdown("Section", tuple(self._sections))
-        self._choice.on_update(
-            lambda event: (
-                event.client is not None
-                and actions.put(lambda name=event.target.value: self._show(name))
-            )
-        )
+        actions.on_change(self._choice, self._show)
         self._folder = gui.add_folder("Settings")
         self._summary = gui.add_html("")
         self._undo = gui.add_button(
@@ -69,26 +66,14 @@ class SettingEditor:
         text = self.value(field.key)
         if field.options == ("true", "false"):
             box = self._gui.add_checkbox(label, text == "true", hint=field.hint)
-            box.on_update(
-                lambda event: (
-                    event.client is not None
-                    and self._actions.put(
-                        lambda v=event.target.value: self._take(field, str(bool(v)).lower())
-                    )
-                )
-            )
+            self._actions.on_change(box, lambda on: self._take(field, str(bool(on)).lower()))
             return box
         handle = (
             self._gui.add_dropdown(label, field.options, initial_value=text, hint=field.hint)
             if field.options
             else self._gui.add_text(label, text, hint=field.hint)
         )
-        handle.on_update(
-            lambda event: (
-                event.client is not None
-                and self._actions.put(lambda v=event.target.value: self._take(field, v))
-            )
-        )
+        self._actions.on_change(handle, partial(self._take, field))
         return handle
 
     def _take(self, field: SettingField, text: str) -> None:

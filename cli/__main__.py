@@ -123,7 +123,7 @@ def _call(target: str, prog: str, arguments: Sequence[str]) -> int:
     module, _, function = target.partition(":")
     try:
         verb: Callable[..., int | None] = getattr(importlib.import_module(module), function)
-        text = inspect.cleandoc(verb.__doc__ or "").partition("\nArgs:")[0].rstrip()
+        text = re.split(r"\n(?:Args|Returns):", inspect.cleandoc(verb.__doc__ or ""))[0].rstrip()
 
         @wraps(verb)
         def parsed(*values: object, **options: object) -> tuple[Any, dict[str, Any]]:

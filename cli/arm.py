@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json as jsons
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Annotated, Any, Literal
 
 import tyro
 
 from cli.held_key import held_key
-from cli.task import LOCAL, CellOptions
+from cli.task import LOCAL, CellOptions, JsonOption
 from lariat.plain_text import plain_text
 from lariat.scenario import Side
 from shared.messages import ArmCommand, ArmStates
@@ -21,58 +21,6 @@ TRACKING_ERROR_SHOWN = 1e-3
 """Tracking error above which it is printed [m]."""
 
 
-def arm(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """Arm: allow arms at the start to move. Look at the cell first.
-
-    Examples:
-      lariat arm
-
-    Args:
-        json: Answer with one JSON object on standard output.
-        cell: Address of the stack.
-    """
-    return _command(ArmCommand.ARM, json, cell)
-
-
-def disarm(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """Stop the arms, take their power, and keep them still until they are armed again.
-
-    Examples:
-      lariat disarm
-
-    Args:
-        json: Answer with one JSON object on standard output.
-        cell: Address of the stack.
-    """
-    return _command(ArmCommand.DISARM, json, cell)
-
-
-def ack(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """Acknowledge the reason of a hold. Nothing moves until `lariat resume`.
-
-    Examples:
-      lariat ack
-
-    Args:
-        json: Answer with one JSON object on standard output.
-        cell: Address of the stack.
-    """
-    return _command(ArmCommand.ACKNOWLEDGE, json, cell)
-
-
-def resume(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """Allow acknowledged arms to move again: a run goes on. Look at the cell first.
-
-    Examples:
-      lariat resume
-
-    Args:
-        json: Answer with one JSON object on standard output.
-        cell: Address of the stack.
-    """
-    return _command(ArmCommand.RESUME, json, cell)
-
-
 def approach(distance: Annotated[float, tyro.conf.Positional], /, cell: CellOptions = LOCAL) -> int:
     """Let the arms go slowly to the start while you hold a key down. Look at the cell all the time.
 
@@ -81,7 +29,6 @@ def approach(distance: Annotated[float, tyro.conf.Positional], /, cell: CellOpti
 
     Args:
         distance: Distance to the start that `lariat arm` or `lariat status` shows [mm].
-        cell: Address of the stack.
 
     Returns:
         0 when the arms are at the start, 1 when the key was released before.
@@ -101,7 +48,7 @@ def grip(
     motion: Annotated[Literal["open", "close"], tyro.conf.Positional],
     /,
     side: Side = "right",
-    json: bool = False,
+    json: JsonOption = False,
     cell: CellOptions = LOCAL,
 ) -> int:
     """Open or close a gripper while the arms stand still.
@@ -111,12 +58,17 @@ def grip(
       lariat grip close --side left
 
     Args:
-        wanted: open or close.
         side: Arm of the gripper.
-        json: Answer with one JSON object on standard output.
-        cell: Address of the stack.
     """
     return _command(ArmCommand.GRIPPER, json, cell, arm=side, close=motion == "close")
+
+
+def _verb(name: str, action: ArmCommand.Action, text: str) -> Callable[..., int]:
+    def verb(json: JsonOption = False, cell: CellOptions = LOCAL) -> int:
+        return _command(action, json, cell)
+
+    verb.__doc__ = f"{text}\n\nExamples:\n  lariat {name}"
+    return verb
 
 
 def _command(action: ArmCommand.Action, json: bool, cell: Cell, **fields: Any) -> int:
@@ -127,6 +79,24 @@ def _command(action: ArmCommand.Action, json: bool, cell: Cell, **fields: Any) -
     else:
         print(summary_line(state))
     return 0
+
+
+arm = _verb("arm", ArmCommand.ARM, "Arm: allow arms at the start to move. Look at the cell first.")
+disarm = _verb(
+    "disarm",
+    ArmCommand.DISARM,
+    "Stop the arms, take their power, and keep them still until they are armed again.",
+)
+ack = _verb(
+    "ack",
+    ArmCommand.ACKNOWLEDGE,
+    "Acknowledge the reason of a hold. Nothing moves until `lariat resume`.",
+)
+resume = _verb(
+    "resume",
+    ArmCommand.RESUME,
+    "Allow acknowledged arms to move again: a run goes on. Look at the cell first.",
+)
 
 
 def summary_line(state: ArmStates) -> str:

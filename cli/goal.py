@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from cli.task import LOCAL, CellOptions, print_state
+from cli.task import LOCAL, CellOptions, JsonOption, print_state
 from lariat.configuration import ConfigurationError, refusing
 from lariat.files.bounded_file import read_file
 from lariat.scenario import Goal, Rope, Scenario, Shape, load
@@ -27,7 +27,7 @@ def main(
     /,
     line: Coordinates | None = None,
     scale: float = 1.0,
-    json: bool = False,
+    json: JsonOption = False,
     cell: CellOptions = LOCAL,
 ) -> int:
     """Set the goal: a scenario's, a chain of nodes, or the rope at rest between two grips.
@@ -43,8 +43,6 @@ def main(
             each row, left end first, as a spreadsheet or the page writes it.
         line: x, y, z of the left and of the right grip [m]; the rope hangs at rest between them.
         scale: Factor of the table's numbers; 0.001 for millimetres.
-        json: Answer with one JSON object on standard output.
-        cell: Address of the stack.
     """
     if (file is None) == (line is None):
         raise ConfigurationError("give either a FILE or --line X Y Z X Y Z; see lariat goal --help")

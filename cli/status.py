@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from cli import arm, task
-from cli.task import LOCAL, CellOptions
+from cli.task import LOCAL, CellOptions, JsonOption
 from lariat.plain_text import plain_text
 from shared import topics
 from shared.messages import ArmStates, Health, RunState
@@ -19,16 +19,12 @@ POLL_PERIOD = 0.02
 """Time between two reads of the subscriptions [s]."""
 
 
-def main(json: bool = False, cell: CellOptions = LOCAL) -> int:
+def main(json: JsonOption = False, cell: CellOptions = LOCAL) -> int:
     """Show the run, the arms and the health of every process.
 
     Examples:
       lariat status
       lariat status --json
-
-    Args:
-        json: Answer with one JSON object on standard output.
-        cell: Address of the stack.
 
     Returns:
         0 when every process is ready, 1 when one is not.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as jsons
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -13,8 +14,10 @@ from lariat.scenario import load
 from shared.messages import ArmStates, RunState, TaskRequest, TaskState
 from stack.client import Cell, RequestFailed, connect
 
-CellOptions = Annotated[Cell, tyro.conf.arg(name="")]
+CellOptions = Annotated[Cell, tyro.conf.arg(name="", help="Address of the stack.")]
 """Options of every verb that talks to a running stack."""
+JsonOption = Annotated[bool, tyro.conf.arg(help="Answer with one JSON object on standard output.")]
+"""Option of verbs that print a result."""
 LOCAL = Cell()
 """Stack on this machine."""
 
@@ -22,7 +25,7 @@ LOCAL = Cell()
 def start(
     scenario: Path | None = None,
     yes: bool = False,
-    json: bool = False,
+    json: JsonOption = False,
     cell: CellOptions = LOCAL,
 ) -> int:
     """Start the run towards the goal, or resume a paused one. Real arms move only after a yes.
@@ -37,8 +40,6 @@ def start(
     Args:
         scenario: Refuse unless the stack runs this scenario, a TOML file or a shipped one's name.
         yes: Answer yes to whether real arms may move, e.g. in a script.
-        json: Answer with one JSON object on standard output.
-        cell: Address of the stack.
     """
     name = load(scenario).name if scenario else ""
     with connect(cell) as client:
@@ -85,62 +86,30 @@ def confirm_real_arms(arms: ArmStates, yes: bool) -> None:
         raise RequestFailed("nothing was started")
 
 
-def pause(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """Pause the run: the arms hold; `lariat start` resumes it.
+def _verb(name: str, action: TaskRequest.Action, text: str) -> Callable[..., int]:
+    def verb(json: JsonOption = False, cell: CellOptions = LOCAL) -> int:
+        with connect(cell) as client:
+            print_state(client.request_task(action), json)
+        return 0
 
-    Examples:
-      lariat pause
-
-    Args:
-        json: Answer with one JSON object on standard output.
-        cell: Address of the stack.
-    """
-    return _request(TaskRequest.PAUSE, json, cell)
+    verb.__doc__ = f"{text}\n\nExamples:\n  lariat {name}"
+    return verb
 
 
-def stop(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """End the run: the arms hold.
-
-    Examples:
-      lariat stop
-
-    Args:
-        json: Answer with one JSON object on standard output.
-        cell: Address of the stack.
-    """
-    return _request(TaskRequest.STOP, json, cell)
-
-
-def reset(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """Return rope and arms to the scenario's start, in simulation only; goal and obstacles stay.
-
-    Examples:
-      lariat reset
-
-    Args:
-        json: Answer with one JSON object on standard output.
-        cell: Address of the stack.
-    """
-    return _request(TaskRequest.RESET, json, cell)
-
-
-def restore(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """Return to the scenario as it was loaded, in simulation only: rope, arms, goal, obstacles.
-
-    Examples:
-      lariat restore
-
-    Args:
-        json: Answer with one JSON object on standard output.
-        cell: Address of the stack.
-    """
-    return _request(TaskRequest.RESTORE, json, cell)
-
-
-def _request(action: TaskRequest.Action, json: bool, cell: Cell) -> int:
-    with connect(cell) as client:
-        print_state(client.request_task(action), json)
-    return 0
+pause = _verb(
+    "pause", TaskRequest.PAUSE, "Pause the run: the arms hold; `lariat start` resumes it."
+)
+stop = _verb("stop", TaskRequest.STOP, "End the run: the arms hold.")
+reset = _verb(
+    "reset",
+    TaskRequest.RESET,
+    "Return rope and arms to the scenario's start, in simulation only; goal and obstacles stay.",
+)
+restore = _verb(
+    "restore",
+    TaskRequest.RESTORE,
+    "Return to the scenario as it was loaded, in simulation only: rope, arms, goal, obstacles.",
+)
 
 
 def print_state(state: TaskState, json: bool) -> None:

@@ -42,7 +42,6 @@ def main(
         port: Port on 127.0.0.1; 0 takes any free one.
         token_file: File with the token that admits viewers; created if missing. Default: a new
             token for each start.
-        cell: Address of the stack.
     """
     if not 0 <= port <= MAX_PORT:
         raise ConfigurationError(f"port {port} does not exist; give --port 0…{MAX_PORT}")

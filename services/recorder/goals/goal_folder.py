@@ -29,10 +29,6 @@ MAX_FILE_SIZE = 2**20
 """Largest size of a goal's file [bytes]."""
 
 
-class GoalRefused(ValueError):
-    """Refusal of a request, with the reason for the person who made it."""
-
-
 class GoalFolder:
     """Named goals of a folder of recordings."""
 
@@ -60,13 +56,13 @@ class GoalFolder:
     def save(self, name: str, scenario: str, goal: Goal) -> None:
         """Save a goal; one that was saved under this name before is replaced."""
         if not NAME.fullmatch(name):
-            raise GoalRefused(
+            raise ValueError(
                 f"{name[:60]!r} is no name of a goal; take up to 40 small letters, digits, - and _"
             )
         if name not in self._goals and len(self._goals) >= MAX_GOALS:
-            raise GoalRefused(f"{MAX_GOALS} goals are saved; delete one first")
+            raise ValueError(f"{MAX_GOALS} goals are saved; delete one first")
         if not goal.positions:
-            raise GoalRefused("the goal has no nodes yet; wait for the controller")
+            raise ValueError("the goal has no nodes yet; wait for the controller")
         saved = SavedGoal(name=name, scenario=scenario, goal=goal)
         make_folder(self._recordings)
         make_folder(self._folder)
@@ -80,7 +76,7 @@ class GoalFolder:
     def delete(self, name: str) -> None:
         """Delete a goal."""
         if name not in self._goals:
-            raise GoalRefused(f"there is no goal {name[:60]!r}")
+            raise ValueError(f"there is no goal {name[:60]!r}")
         for ending in ("json", "csv"):
             (self._folder / f"{name}.{ending}").unlink(missing_ok=True)
         del self._goals[name]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from lariat.scenario import Scenario
 from lariat.trajectory import SECOND
-from services.recorder.goals.goal_folder import GoalFolder, GoalRefused
+from services.recorder.goals.goal_folder import GoalFolder
 from shared import topics
 from shared.door import Door
 from shared.messages import GoalList, GoalListRequest
@@ -38,7 +38,7 @@ class Goals:
                     case GoalListRequest.DELETE:
                         self._folder.delete(request.name)
                     case unknown:
-                        raise GoalRefused(f"there is no action {unknown}")
+                        raise ValueError(f"there is no action {unknown}")
             self._last_request, self._refusal = request.id, outcome.refusal
         if requests or now - self._publish_time >= SECOND:
             self._publish_time = now

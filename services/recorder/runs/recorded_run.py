@@ -11,7 +11,6 @@ import numpy as np
 
 from lariat.files.bounded_file import path_inside
 from lariat.trajectory import SECOND
-from services.recorder.runs.run_folder import RunRefused
 from shared import topics
 from shared.messages import (
     FAILED,
@@ -61,14 +60,14 @@ class RecordedRun:
     def read_motion(self, run: RunSummary) -> None:
         """Begin to read the motion of a run."""
         if len(self._waiting) >= MAX_WAITING:
-            raise RunRefused(f"{MAX_WAITING} runs wait to be read; try again when one is shown")
+            raise ValueError(f"{MAX_WAITING} runs wait to be read; try again when one is shown")
         files = self.files(run)
         self._waiting.append(self._thread.submit(self._readable_motion, run, files))
 
     def read_picture(self, run: RunSummary, seconds: float) -> None:
         """Begin to read the picture of the camera nearest to a time."""
         if not abs(seconds) < 1e6:
-            raise RunRefused(f"{seconds} s is no time of a run")
+            raise ValueError(f"{seconds} s is no time of a run")
         files = self.files(run)
         # Of the times that a slider runs through, the last one counts.
         if self._picture_waiting is not None:
@@ -81,7 +80,7 @@ class RecordedRun:
         files = [path_inside(self._recordings, name) for name in run.files]
         files = [path for path in files if path.is_file()]
         if not files:
-            raise RunRefused(f"the recording of {run.id} has been deleted")
+            raise ValueError(f"the recording of {run.id} has been deleted")
         return files
 
     def take(self, now: int) -> Iterator[Publication]:

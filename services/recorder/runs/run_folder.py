@@ -28,10 +28,6 @@ MAX_NOTE_LENGTH = 200
 """Largest length of a note [characters]."""
 
 
-class RunRefused(ValueError):
-    """Refusal of a request, with the reason for the person who made it."""
-
-
 class RunFolder:
     """Runs of a folder of recordings."""
 
@@ -89,7 +85,7 @@ class RunFolder:
     def annotate(self, id: str, note: str, star: bool) -> None:
         """Set note and star of a run."""
         if len(note) > MAX_NOTE_LENGTH:
-            raise RunRefused(f"the note has {len(note)} characters, more than {MAX_NOTE_LENGTH}")
+            raise ValueError(f"the note has {len(note)} characters, more than {MAX_NOTE_LENGTH}")
         run = RunFile()
         run.CopyFrom(self.named(id))
         run.summary.note, run.summary.star = note, star
@@ -99,7 +95,7 @@ class RunFolder:
         """Delete a run, and its recordings unless another run is in them."""
         summary = self.named(id).summary
         if not summary.over or open_file in summary.files:
-            raise RunRefused(f"{id} is being recorded; wait until its file is closed")
+            raise ValueError(f"{id} is being recorded; wait until its file is closed")
         for name in set(summary.files) - recordings_of_runs(self._recordings, besides=id):
             # A run's file is somebody's word: it may name anything.
             if name == Path(name).name and name.endswith(".mcap"):
@@ -111,7 +107,7 @@ class RunFolder:
     def named(self, id: str) -> RunFile:
         """Return a run."""
         if id not in self._runs:
-            raise RunRefused(f"there is no run {id[:100]!r}")
+            raise ValueError(f"there is no run {id[:100]!r}")
         return self._runs[id]
 
     def _forget_oldest(self) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from lariat.scenario import Scenario
 from lariat.trajectory import SECOND
 from services.recorder.runs.recorded_run import RecordedRun
-from services.recorder.runs.run_folder import RunFolder, RunRefused
+from services.recorder.runs.run_folder import RunFolder
 from services.recorder.runs.run_log import RunLog
 from services.recorder.runs.video_process import VideoProcess
 from shared import topics
@@ -94,7 +94,7 @@ class Runs:
 
     def _carry_out(self, request: RunListRequest, open_file: str) -> list[RunFile]:
         if not 1 <= len(request.runs) <= MAX_SELECTED:
-            raise RunRefused(f"the request names {len(request.runs)} runs; 1 to {MAX_SELECTED}")
+            raise ValueError(f"the request names {len(request.runs)} runs; 1 to {MAX_SELECTED}")
         match request.action:
             case RunListRequest.ANNOTATE:
                 for id in request.runs:
@@ -111,7 +111,7 @@ class Runs:
             ):
                 summary = self._folder.named(request.runs[0]).summary
                 if not summary.over or open_file in summary.files:
-                    raise RunRefused(
+                    raise ValueError(
                         f"{summary.id} is being recorded; wait until its file is closed"
                     )
                 if request.action == RunListRequest.SEND_MOTION:
@@ -121,7 +121,7 @@ class Runs:
                 else:
                     self._video.start(summary, self._recorded.files(summary))
             case unknown:
-                raise RunRefused(f"there is no action {unknown}")
+                raise ValueError(f"there is no action {unknown}")
         return []
 
     def _keep(self, run: RunFile) -> None:

@@ -13,7 +13,6 @@ from typing import IO
 
 from lariat.files.temporary_folder import TemporaryFolder
 from lariat.trajectory import SECOND
-from services.recorder.runs.run_folder import RunRefused
 from shared import topics
 from shared.messages import RunSummary, RunVideo
 from shared.runtime.service import Publication
@@ -60,17 +59,17 @@ class VideoProcess:
     def start(self, run: RunSummary, files: Sequence[Path]) -> None:
         """Begin to make the video of a run."""
         if self._making is not None:
-            raise RunRefused(
+            raise ValueError(
                 f"the video of {self._making.run} is being made; wait for it or cancel it"
             )
         command = f"lariat export {files[0]} --to video"
         if run.duration > LONGEST_RUN:
-            raise RunRefused(
+            raise ValueError(
                 f"the run took {run.duration:.0f} s, and a video from the page {LONGEST_RUN:.0f} s "
                 f"at most; `{command}` makes longer ones"
             )
         if find_spec("av") is None:
-            raise RunRefused(f"this recorder has no PyAV; `{command}` makes it elsewhere")
+            raise ValueError(f"this recorder has no PyAV; `{command}` makes it elsewhere")
         folder = TemporaryFolder("lariat-video-")
         program = [sys.executable, "-P", "-m", "shared.video", *map(str, files)]
         program += ["--output", str(folder.path / NAME), *self._settings]

@@ -12,7 +12,6 @@ import pytest
 
 from lariat.scenario import load
 from lariat.trajectory import SECOND
-from services.recorder.runs.run_folder import RunRefused
 from services.recorder.runs.runs import Runs
 from services.recorder.runs.video_process import PUBLISH_PERIOD, VideoProcess
 from shared.door import Door
@@ -70,7 +69,7 @@ def test_progress_is_published_once_a_second(video: VideoProcess) -> None:
 
 def test_one_video_is_made_at_a_time_and_can_be_canceled(video: VideoProcess) -> None:
     video.start(RUN, [RECORDING])
-    with pytest.raises(RunRefused, match="run-1"):
+    with pytest.raises(ValueError, match="run-1"):
         video.start(RunSummary(id="run-2"), [RECORDING])
     video.cancel()
     assert end_of(video).failure == "it was canceled"
@@ -86,7 +85,7 @@ def test_recording_that_cannot_be_read_names_the_reason(
 
 
 def test_long_run_is_refused_with_the_command_that_makes_its_video(video: VideoProcess) -> None:
-    with pytest.raises(RunRefused, match=r"601 s.*lariat export.*--to video"):
+    with pytest.raises(ValueError, match=r"601 s.*lariat export.*--to video"):
         video.start(RunSummary(id="run-1", duration=601.0), [RECORDING])
 
 

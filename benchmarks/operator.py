@@ -34,7 +34,6 @@ class Operator:
     """Newest messages of a stack, and a person's answers to them."""
 
     def __init__(self, client: Client) -> None:
-        """Watch the stack of a client."""
         self.client = client
         bus = client.bus
         self._arm, self._task = bus.subscribe(topics.ARM_STATE), bus.subscribe(topics.TASK_STATE)

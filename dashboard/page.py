@@ -73,7 +73,6 @@ class Page:
     def __init__(
         self, server: viser.ViserServer, scenario: Scenario, outbox: Outbox, live: bool = True
     ) -> None:
-        """Lay out the page."""
         icons.share_archive()
         self._server = server
         self._scenario = scenario

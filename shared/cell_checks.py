@@ -49,7 +49,6 @@ class CellChecks:
     """Checks of one cell, and what has been seen of it since they began to listen."""
 
     def __init__(self, scenario: Scenario) -> None:
-        """Begin to listen."""
         self._scenario = scenario
         self._ends = {side: scenario.end(side) for side in SIDES}
         self._health: dict[str, Health] = {}

@@ -10,7 +10,6 @@ class History:
     """Rows of (time, values…), thinned evenly when the capacity is reached."""
 
     def __init__(self, value_count: int, capacity: int = 2000) -> None:
-        """Create an empty history."""
         self._rows = np.zeros((capacity, 1 + value_count))
         self._count = 0
         self._spacing = 0.0

@@ -32,7 +32,6 @@ class ArmControls:
         live: bool,
         notify: Callable[[Notification], None],
     ) -> None:
-        """Add the elements to the page."""
         self._outbox = outbox
         self._notify = notify
         self._live = live

@@ -47,7 +47,6 @@ class StopBar:
     """
 
     def __init__(self, outbox: Outbox, holds: HoldPath) -> None:
-        """Create the bar."""
         self._outbox, self._holds = outbox, holds
         self._actions = ActionQueue()
         self._now = 0

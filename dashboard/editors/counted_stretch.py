@@ -30,7 +30,6 @@ class CountedStretch:
         actions: ActionQueue,
         when_changed: Callable[[], None],
     ) -> None:
-        """Add the fields to the page."""
         self._rope = rope
         self._when_changed = when_changed
         self._visible = False

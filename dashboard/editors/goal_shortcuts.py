@@ -30,7 +30,6 @@ class GoalShortcuts:
     """Present shape as goal, and the goals of this start of the page for Undo."""
 
     def __init__(self, gui: viser.GuiApi, actions: ActionQueue, outbox: Outbox) -> None:
-        """Add the buttons to the page."""
         self._outbox = outbox
         self._rope: NodeChain | None = None
         self._arms: ArmStates | None = None

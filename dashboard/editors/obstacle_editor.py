@@ -49,7 +49,6 @@ class ObstacleEditor:
         outbox: Outbox,
         notify: Callable[[Notification], None],
     ) -> None:
-        """Add the elements to the page."""
         self._outbox = outbox
         self._notify = notify
         self._actions = actions

@@ -33,7 +33,6 @@ class PullHandle:
         actions: ActionQueue,
         when_pulled: Callable[[], None],
     ) -> None:
-        """Add gizmo and slider to the page, hidden."""
         count = scenario.rope.node_count
         self._when_pulled = when_pulled
         self._nodes: Float64[np.ndarray, "n 3"] = np.zeros((0, 3))

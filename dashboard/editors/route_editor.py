@@ -28,7 +28,6 @@ class RouteEditor:
     def __init__(
         self, gui: viser.GuiApi, actions: ActionQueue, when_changed: Callable[[], None]
     ) -> None:
-        """Add the elements to the page."""
         self._when_changed = when_changed
         self._visible = False
         self._obstacles: Sequence[Obstacle] = ()

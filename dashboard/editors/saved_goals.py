@@ -34,7 +34,6 @@ class SavedGoals:
         actions: ActionQueue,
         outbox: Outbox,
     ) -> None:
-        """Add the elements to the page."""
         self._scenario, self._actions = scenario, actions
         self._outbox = outbox
         self._goals: dict[str, SavedGoal] = {}

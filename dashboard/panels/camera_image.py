@@ -34,7 +34,6 @@ class CameraImage:
     def __init__(
         self, server: viser.ViserServer, T_world_camera: Pose, label: str | None = None
     ) -> None:
-        """Add the element to the page and start the thread."""
         self._server = server
         self._pose = T_world_camera
         # Hidden until the first image: not every cell has a camera.

@@ -20,7 +20,6 @@ class ChecksPanel:
     """List of checks with their results."""
 
     def __init__(self, gui: viser.GuiApi, checks: CellChecks) -> None:
-        """Add the list to the page."""
         self._checks = checks
         gui.add_html(note_html(INTRODUCTION))
         self._list = gui.add_html("")

@@ -38,7 +38,6 @@ class ControlPanel:
     def __init__(
         self, gui: viser.GuiApi, scenario: Scenario, actions: ActionQueue, outbox: Outbox
     ) -> None:
-        """Add the elements to the page."""
         self._outbox = outbox
         self._shown_task = -1, ""
         """Revision and last request of the task that the fields show."""

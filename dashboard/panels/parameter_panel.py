@@ -45,7 +45,6 @@ class ParameterPanel:
         outbox: Outbox,
         live: bool,
     ) -> None:
-        """Add the elements to the page."""
         self._adapt = gui.add_checkbox(
             "Adapt",
             False,

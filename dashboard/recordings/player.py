@@ -25,7 +25,6 @@ class Player:
     """Position in a timeline, whose messages the page shows."""
 
     def __init__(self, server: viser.ViserServer, page: Page, timeline: Timeline) -> None:
-        """Add the elements to the page."""
         self._page = page
         self._timeline = timeline
         self._actions = ActionQueue()

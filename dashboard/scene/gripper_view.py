@@ -25,7 +25,6 @@ class GripperView:
     """Gripper of one end: its collision capsule, and two jaws at the clamp."""
 
     def __init__(self, scene: viser.SceneApi, scenario: Scenario, side: Side) -> None:
-        """Draw the gripper at the start of the scenario."""
         end, limits = scenario.end(side), scenario.limits
         away = -1.0 if side == "left" else 1.0
         fixed = end.driver == "fixed"

@@ -24,7 +24,6 @@ class ObstacleView:
     """Drawn obstacles by name; only those that changed are drawn anew."""
 
     def __init__(self, scene: viser.SceneApi, on_click: Callable[[str], None]) -> None:
-        """Create a view without obstacles."""
         self._scene = scene
         self._on_click = on_click
         self._drawn: dict[str, tuple[Obstacle, list[viser.SceneNodeHandle]]] = {}

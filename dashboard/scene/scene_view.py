@@ -56,7 +56,6 @@ class SceneView:
     def __init__(
         self, server: viser.ViserServer, scenario: Scenario, on_click: Callable[[str], None]
     ) -> None:
-        """Draw the start of a scenario."""
         scene = server.scene
         self._radius = radius = scenario.rope.diameter / 2.0
         scene_setup.set_up(server, scenario)

@@ -56,7 +56,6 @@ class ControllerService:
     latency = 0.010
 
     def __init__(self, scenario: Scenario, session: str) -> None:
-        """Create the controller of a scenario."""
         self.controller = RopeController(scenario)
         self.door = Door()
         self._session, self._sequence = session, 0

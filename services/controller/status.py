@@ -28,7 +28,6 @@ class StatusPublisher:
     """Status of the controller as messages."""
 
     def __init__(self, controller: RopeController) -> None:
-        """Publish the status of one controller."""
         self._controller = controller
         self._task, self._progress = controller.task, controller.progress
         self._estimator = controller.rope.estimator

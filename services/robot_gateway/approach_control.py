@@ -14,7 +14,6 @@ class ApproachControl:
     """The approach of a cell, which goes on only while a person consents."""
 
     def __init__(self, arms: Arms, follower: SetpointFollower, boot: str) -> None:
-        """Create the control without an approach."""
         self._arms = arms
         self._follower = follower
         self.consent = HoldToRun(boot)

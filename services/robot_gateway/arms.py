@@ -26,7 +26,6 @@ class Arms:
     """Drivers of all ends, left first."""
 
     def __init__(self, drivers: Sequence[Driver], starts: Sequence[Pose]) -> None:
-        """Create the arms."""
         self.drivers = tuple(drivers)
         self.starts = tuple(starts)
         self.grips = list(starts)

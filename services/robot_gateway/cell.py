@@ -63,7 +63,6 @@ class Cell:
         force_limit: ForceLimit | None = None,
         settings: CellSettings | None = None,
     ) -> None:
-        """Create a cell that is disarmed."""
         self.follower = follower
         self.arms = Arms(drivers, starts)
         self.arm_automatically = arm_automatically

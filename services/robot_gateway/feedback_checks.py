@@ -29,7 +29,6 @@ class FeedbackChecks:
     """Deviation from the path, rules for the measured poses and joints, contact forces."""
 
     def __init__(self, arms: Arms, follower: SetpointFollower, force_limit: ForceLimit) -> None:
-        """Create the checks."""
         self._arms = arms
         self._follower = follower
         self._force_limit = force_limit

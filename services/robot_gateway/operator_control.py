@@ -32,7 +32,6 @@ class OperatorControl:
         feedback_checks: FeedbackChecks,
         other_gateways: OtherGateways,
     ) -> None:
-        """Create the control without a command."""
         self._arms = arms
         self._follower = follower
         self._control = control

@@ -11,7 +11,6 @@ class ResetControl:
     """Resets of a cell, each carried out once everything rests."""
 
     def __init__(self, arms: Arms, follower: SetpointFollower) -> None:
-        """Create the control without a reset."""
         self._arms = arms
         self._follower = follower
         self._counter = ResetCounter()

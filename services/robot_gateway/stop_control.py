@@ -12,7 +12,6 @@ class StopControl:
     """Safety state of a cell; every stop halts the command of all arms."""
 
     def __init__(self, follower: SetpointFollower, boot: str) -> None:
-        """Create the control of a cell that is disarmed."""
         self._follower = follower
         self.safety = SafetyState(boot)
         """Safety state of the cell."""

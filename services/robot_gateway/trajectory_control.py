@@ -41,7 +41,6 @@ class TrajectoryControl:
     """The trajectory of a cell."""
 
     def __init__(self, arms: Arms, follower: SetpointFollower) -> None:
-        """Create the control without a trajectory."""
         self._arms = arms
         self._follower = follower
         self.id = ""

@@ -43,7 +43,6 @@ class Ros2Service:
     latency = 0.0
 
     def __init__(self, scenario: Scenario, session: str, options: Ros2Options) -> None:
-        """Prepare the node, which `warm_up` starts."""
         self.door = Door()
         self._options = options
         self._frames = Frames(scenario)

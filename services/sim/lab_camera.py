@@ -31,7 +31,6 @@ class LabCamera:
     """One of the cameras of a scenario, with the topics of its name."""
 
     def __init__(self, scenario: Scenario, setup: CameraSetup, number: int) -> None:
-        """Create the camera."""
         sensing = scenario.sensing
         self._name, self._radius = setup.name, scenario.plant_rope.diameter / 2.0
         self._camera = RgbdCamera(

@@ -56,7 +56,6 @@ class RepetitionFilter(logging.Filter):
     """
 
     def __init__(self) -> None:
-        """Create a filter that has seen nothing."""
         super().__init__()
         self._counts: dict[tuple[int, str], tuple[float, int]] = {}
         """Beginning of the present minute [s] and number of records in it."""
@@ -81,7 +80,6 @@ class BusHandler(logging.Handler):
     """Handler that publishes log records on the bus."""
 
     def __init__(self, publisher: Publisher, service: str) -> None:
-        """Create a handler."""
         super().__init__(logging.INFO)
         self.addFilter(RepetitionFilter())
         self._publisher = publisher

@@ -53,7 +53,6 @@ class RecordedRun:
     """Run of a recording, from its start to the recording's end."""
 
     def __init__(self, recording: Recording) -> None:
-        """Read the recording."""
         with tempfile.TemporaryDirectory() as folder:
             self.scenario: Scenario = recording.scenario(Path(folder))
             """Scenario that ran."""

@@ -54,7 +54,6 @@ class ForkServer:
     """Fork server, which runs within a `with` block; where there is no Linux, it forks nothing."""
 
     def __init__(self, environment: Mapping[str, str]) -> None:
-        """Prepare the fork server."""
         self._environment = environment
         self._server: subprocess.Popen[bytes] | None = None
 

@@ -19,7 +19,6 @@ class Statistics:
     """Least, largest and mean value and standard deviation of each feature."""
 
     def __init__(self) -> None:
-        """Create empty statistics."""
         self._values: dict[str, list[np.ndarray]] = {}
 
     def add(self, frames: list[Frame]) -> None:

@@ -40,7 +40,6 @@ class OpenedRun:
         actions: ActionQueue,
         outbox: Outbox,
     ) -> None:
-        """Add the elements to the page, hidden."""
         self._server, self._actions, self._outbox = server, actions, outbox
         radius = scenario.rope.diameter / 2.0
         self._rope = TubeView(server.scene, "/opened/rope", 1.05 * radius, opacity=0.75)

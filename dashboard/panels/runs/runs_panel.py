@@ -60,7 +60,6 @@ class RunsPanel:
         outbox: Outbox,
         notify: Callable[[Notification], None],
     ) -> None:
-        """Add the elements to the page."""
         self._gui = gui = server.gui
         self._outbox, self._notify = outbox, notify
         self._shown_curves: list[tuple[str, str]] | None = None

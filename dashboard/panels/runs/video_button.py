@@ -24,7 +24,6 @@ class VideoButton:
         outbox: Outbox,
         notify: Callable[[Notification], None],
     ) -> None:
-        """Add the button to the page."""
         self._outbox, self._notify = outbox, notify
         self._asked: tuple[str, viser.ClientHandle | None] = "", None
         """Run of which a browser has asked for a video, and that browser."""

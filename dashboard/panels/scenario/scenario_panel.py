@@ -47,7 +47,6 @@ class ScenarioPanel:
         notify: Callable[[Notification], None],
         uploads: Uploads,
     ) -> None:
-        """Add the elements to the page."""
         self._scenario, self._actions = scenario, actions
         self._outbox, self._notify = outbox, notify
         self._stack: StackState | None = None

@@ -20,7 +20,6 @@ class SettingEditor:
     """Fields of the chosen section, and the changes that people have made."""
 
     def __init__(self, gui: viser.GuiApi, scenario: Scenario, actions: ActionQueue) -> None:
-        """Add the elements to the page."""
         self._gui = gui
         self._actions = actions
         self._sections = sections(scenario)

@@ -51,7 +51,6 @@ class RecordedRun:
     """Reader of the run that people look at; what it has read is published by the next step."""
 
     def __init__(self, recordings: Path) -> None:
-        """Prepare the thread."""
         self._recordings = recordings
         self._thread = ThreadPoolExecutor(1, "recorded run")
         self._waiting: list[Future[Publication]] = []

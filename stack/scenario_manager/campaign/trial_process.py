@@ -51,7 +51,6 @@ class TrialProcess:
     """Trial that goes on."""
 
     def __init__(self, command: Sequence[str], folder: Path) -> None:
-        """Start the trial."""
         self._output, self._errors = folder / "score.json", folder / "errors.txt"
         self._began = time.monotonic()
         # Files and not pipes: a pipe that nobody reads stops the process that fills it.

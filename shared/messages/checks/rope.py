@@ -62,11 +62,8 @@ def _check_other_ropes(message: messages.OtherRopes) -> None:
 def _check_parameters(message: messages.Parameters) -> None:
     if message.plastic_curvature:
         count_points("plastic_curvature", message.plastic_curvature)
-        check_bounded("plastic_curvature", message.plastic_curvature)
     count = len(message.unknowns)
     check_length("covariance", message.covariance, count * (count + 1) // 2)
-    for name in ("unknowns", "covariance"):
-        check_bounded(name, getattr(message, name))
     rod = message.rod
     for parameter in PUBLISHED:
         name, estimates = f"rod.{parameter.name}", rod_estimates(rod, parameter)

@@ -28,9 +28,10 @@ MIN_PACE = 1e-3
 """Least pace of a path, as a fraction of the planner's [-]."""
 
 
-def _check_grip(name: str, grip: messages.Grip) -> None:
-    check_length(f"{name}.position", grip.position, 0, 3)
-    check_length(f"{name}.orientation", grip.orientation, 0, 4)
+def _check_grip(name: str, grip: messages.Grip, *empty: int) -> None:
+    """Check a grip, whose fields may have no values where `empty` is 0."""
+    check_length(f"{name}.position", grip.position, *empty, 3)
+    check_length(f"{name}.orientation", grip.orientation, *empty, 4)
     check_places(f"{name}.position", grip.position)
     check_rotation(f"{name}.orientation", grip.orientation)
 
@@ -55,8 +56,8 @@ def check_goal(goal: messages.Goal) -> None:
                 f"goal.part = {list(goal.part)} m holds {node_count} of the goal's nodes, "
                 f"less than {MIN_PART_NODES}"
             )
-    _check_grip("goal.left", goal.left)
-    _check_grip("goal.right", goal.right)
+    _check_grip("goal.left", goal.left, 0)
+    _check_grip("goal.right", goal.right, 0)
 
 
 def _check_task_state(message: messages.TaskState) -> None:
@@ -90,11 +91,8 @@ def _check_draft(draft: messages.GoalDraft) -> None:
 
 
 def _check_whole_grips(message: messages.Goal | messages.GoalDraft) -> None:
-    for name, grip in (("left", message.left), ("right", message.right)):
-        check_length(f"{name}.position", grip.position, 3)
-        check_length(f"{name}.orientation", grip.orientation, 4)
-        check_places(f"{name}.position", grip.position)
-        check_rotation(f"{name}.orientation", grip.orientation)
+    _check_grip("left", message.left)
+    _check_grip("right", message.right)
 
 
 def _check_path(message: messages.Path) -> None:

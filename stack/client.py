@@ -43,6 +43,17 @@ class Cell:
     """JSON file of further Zenoh settings by their path, e.g. one that `lariat certs` made; by
     default the secret of this user's stack on this machine."""
 
+    @property
+    def bus(self) -> BusOptions:
+        """Options with which a process joins its bus."""
+        return BusOptions(
+            namespace=self.namespace,
+            connect=self.connect,
+            listen=() if self.mode == "client" else ("tcp/127.0.0.1:0",),
+            mode=self.mode,
+            settings=self.settings or find_local_secret(self.connect),
+        )
+
 
 class RequestFailed(RuntimeError):
     """A request was refused or not answered; the text is one line that says why."""
@@ -55,15 +66,8 @@ def connect(cell: Cell) -> Iterator[Client]:
     Raises:
         Unreachable: No stack runs at that address.
     """
-    options = BusOptions(
-        namespace=cell.namespace,
-        connect=cell.connect,
-        listen=() if cell.mode == "client" else ("tcp/127.0.0.1:0",),
-        mode=cell.mode,
-        settings=cell.settings or find_local_secret(cell.connect),
-    )
     name = f"lariat-{secrets.token_hex(4)}"
-    with buses.open(options, name, timeout=JOIN_TIMEOUT) as bus:
+    with buses.open(cell.bus, name, timeout=JOIN_TIMEOUT) as bus:
         yield Client(bus, name)
 
 

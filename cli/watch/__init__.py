@@ -14,9 +14,8 @@ from cli.watch.server import LiveServer
 from dashboard.web.secret_files import load_token
 from lariat.configuration import ConfigurationError
 from shared import bus as buses
-from shared.bus import Bus, BusOptions
+from shared.bus import Bus
 from stack.client import JOIN_TIMEOUT
-from stack.credentials.local_secret import find_local_secret
 
 MAX_PORT = 65535
 """Largest TCP port."""
@@ -46,15 +45,8 @@ def main(
     if not 0 <= port <= MAX_PORT:
         raise ConfigurationError(f"port {port} does not exist; give --port 0…{MAX_PORT}")
     token = load_token(token_file)
-    options = BusOptions(
-        namespace=cell.namespace,
-        connect=cell.connect,
-        listen=() if cell.mode == "client" else ("tcp/127.0.0.1:0",),
-        mode=cell.mode,
-        settings=cell.settings or find_local_secret(cell.connect),
-    )
     name = f"lariat-{secrets.token_hex(4)}"
-    with buses.open(options, name, timeout=JOIN_TIMEOUT) as bus:
+    with buses.open(cell.bus, name, timeout=JOIN_TIMEOUT) as bus:
         try:
             asyncio.run(_serve(bus, LiveServer(cell.namespace, token), port))
         except OSError as error:

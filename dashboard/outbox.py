@@ -184,16 +184,15 @@ class Outbox:
     ) -> list[Notification]:
         """Return refusals of this page's requests and missing answers, each of them once."""
         answers = [("robot gateway", a.last_command, a.refusal) for a in arms]
-        if task is not None:
-            answers.append(("controller", task.last_request, task.refusal))
-        if runs is not None:
-            answers.append(("recorder", runs.last_request, runs.refusal))
-        if goals is not None:
-            answers.append(("recorder of goals", goals.last_request, goals.refusal))
-        if stack is not None:
-            answers.append(("launcher", stack.last_request, stack.refusal))
-        if scene is not None:
-            answers.append(("perception", scene.last_request, scene.refusal))
+        for receiver, state in (
+            ("controller", task),
+            ("recorder", runs),
+            ("recorder of goals", goals),
+            ("launcher", stack),
+            ("perception", scene),
+        ):
+            if state is not None:
+                answers.append((receiver, state.last_request, state.refusal))
         notices = []
         for receiver, answered_id, refusal in answers:
             session, _, number = answered_id.rpartition("-")

@@ -44,8 +44,7 @@ class LinesView:
             )
         else:
             self._handle.points = points.astype(np.float32)
-            if not np.array_equal(self._handle.colors, colors):
-                self._handle.colors = colors
+            self._handle.colors = colors
         self._handle.visible = self._visible
 
     def hide(self) -> None:

@@ -64,21 +64,15 @@ class TubeView:
         if np.max(np.abs(self.segments.batched_scales - tube.scales)) > MIN_SCALE_CHANGE:
             self.segments.batched_scales = tube.scales.astype(np.float32)
         self._nodes.batched_positions = nodes.astype(np.float32)
-        if not np.array_equal(self._nodes.batched_scales, scales):
-            self._nodes.batched_scales = scales
-        for handle, new_colors in (
-            (self.segments, _segment_colors(colors)),
-            (self._nodes, colors),
-        ):
-            if not np.array_equal(handle.batched_colors, new_colors):
-                handle.batched_colors = new_colors
-            if handle.visible != self._visible:
-                handle.visible = self._visible
+        self._nodes.batched_scales = scales
+        self.segments.batched_colors = _segment_colors(colors)
+        self._nodes.batched_colors = colors
+        self.segments.visible = self._nodes.visible = self._visible
 
     def hide(self) -> None:
         """Draw nothing until the next `show`."""
         for handle in (self.segments, self._nodes):
-            if handle is not None and handle.visible:
+            if handle is not None:
                 handle.visible = False
 
     def _create(

@@ -13,9 +13,9 @@ from typing import Literal
 
 import numpy as np
 
+from benchmarks.paper.closed_loop import horizon_problem
 from benchmarks.tables import PRINT_DEFAULTS, Flat, PrintOptions, Result
 from lariat.control.mpc.collision_avoidance import AvoidanceSpecification
-from lariat.control.mpc.horizon import HorizonProblem
 from lariat.controllers import horizon_optimizer
 from lariat.rod import Rod, RolloutSpec
 from lariat.safety.motion_contract import PATHLESS_LIMIT_SHARE
@@ -74,7 +74,6 @@ def planning_times(method: Method, count: int, calls: int) -> dict[str, object]:
     moves[:, :3] = True
     limits = scenario.limits.scaled(PATHLESS_LIMIT_SHARE)
     optimizer = horizon_optimizer(scenario.control, moves, limits, count)
-    horizon = optimizer.step_count
     avoidance = AvoidanceSpecification(
         scenario.bodies, scenario.control.clearance, scenario.rope.diameter / 2.0, MAX_GRIP_DISTANCE
     )
@@ -83,15 +82,7 @@ def planning_times(method: Method, count: int, calls: int) -> dict[str, object]:
     for k in range(calls + WARM_UP_CALLS):
         if k == calls // 2:
             state, velocity = start, 0.0 * velocity
-        problem = HorizonProblem(
-            state,
-            np.zeros((count, 3)),
-            np.zeros((horizon, 2, 6)),
-            np.repeat(goal[None], horizon, axis=0),
-            velocity,
-            np.zeros((2, 6)),
-            np.zeros((2, 6), dtype=bool),
-        )
+        problem = horizon_problem(optimizer, state, goal, velocity)
         optimizer.shift(CALL_PERIOD)
         started = time.perf_counter()
         plan = optimizer.plan(rod, problem, avoidance)

@@ -6,17 +6,19 @@ Callbacks of the web server only call `put`; every action runs in the thread tha
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
+
+from dashboard import palette
 
 if TYPE_CHECKING:
     import viser
 
 log = logging.getLogger(__name__)
 
-Action = Callable[[], None]
+Action = Callable[[], object]
 
 
 class ActionQueue:
@@ -42,6 +44,27 @@ class ActionQueue:
         button.on_click(
             lambda event: event.client is not None and self.put(partial(act, event.client))
         )
+
+    def confirm(
+        self,
+        client: viser.ClientHandle,
+        question: str,
+        paragraphs: Iterable[str],
+        word: str,
+        action: Action,
+        otherwise: str = "Keep",
+        color: palette.Color = palette.BAD,
+    ) -> None:
+        """Ask in one window, with paragraphs of HTML, and act once the word's button is pressed."""
+        modal = client.gui.add_modal(question)
+        with modal:
+            for paragraph in paragraphs:
+                client.gui.add_html(paragraph)
+            act = client.gui.add_button(word, color=color)
+            leave = client.gui.add_button(otherwise, color=palette.NEUTRAL)
+        act.on_click(lambda _: self.put(action))
+        for button in (act, leave):
+            button.on_click(lambda _: modal.close())
 
     def run(self) -> None:
         """Remove and run the actions that are queued now, oldest first.

@@ -77,14 +77,15 @@ class Page:
         self._server = server
         self._scenario = scenario
         self._outbox = outbox
-        self._actions = ActionQueue()
-        self._uploads = Uploads(self._actions, self.notify)
+        self.actions = ActionQueue()
+        """What people have asked for since the last step."""
+        self._uploads = Uploads(self.actions, self.notify)
         gui = server.gui
         gui.set_panel_label(f"Lariat · {scenario.name}")
         self._simulated = scenario.simulated
         self._run_controls = RunControls(
             gui,
-            self._actions,
+            self.actions,
             outbox,
             live,
             self._simulated,
@@ -97,22 +98,22 @@ class Page:
             self._goal_editor = GoalEditor(
                 server,
                 scenario,
-                self._actions,
+                self.actions,
                 outbox,
                 self._scene,
                 self._uploads,
                 self._simulated,
             )
-            self._goal_shortcuts = GoalShortcuts(gui, self._actions, outbox)
+            self._goal_shortcuts = GoalShortcuts(gui, self.actions, outbox)
             self._saved_goals_folder = gui.add_folder("Saved goals", expand_by_default=False)
             with self._saved_goals_folder:
-                self._saved_goals = SavedGoals(gui, scenario, self._actions, outbox)
+                self._saved_goals = SavedGoals(gui, scenario, self.actions, outbox)
         with gui.add_folder("Obstacles", expand_by_default=False, visible=live):
             self._obstacle_editor = ObstacleEditor(
-                server, scenario, self._actions, outbox, self.notify
+                server, scenario, self.actions, outbox, self.notify
             )
         with gui.add_folder("Arms", expand_by_default=not self._simulated):
-            self._arm_controls = ArmControls(gui, self._actions, outbox, live, self.notify)
+            self._arm_controls = ArmControls(gui, self.actions, outbox, live, self.notify)
         with gui.add_folder("View", expand_by_default=False):
             self._add_layers(gui)
         gui.main_panel.dock_left()
@@ -133,17 +134,17 @@ class Page:
         self._campaigns: CampaignPanel | None = None
         if live:
             with panel.add_tab("Runs"):
-                self._runs = RunsPanel(server, scenario, self._actions, outbox, self.notify)
+                self._runs = RunsPanel(server, scenario, self.actions, outbox, self.notify)
         self._checks = CellChecks(scenario)
         self._checks_panel: ChecksPanel | None = None
         self._control: ControlPanel | None = None
         if live:
             with panel.add_tab("Control"):
-                self._control = ControlPanel(gui, scenario, self._actions, outbox)
+                self._control = ControlPanel(gui, scenario, self.actions, outbox)
         with panel.add_tab("Rope"):
-            self._parameters = ParameterPanel(gui, scenario, self._actions, outbox, live)
+            self._parameters = ParameterPanel(gui, scenario, self.actions, outbox, live)
         with panel.add_tab("Events"):
-            self._events = EventsPanel(gui, self._actions)
+            self._events = EventsPanel(gui, self.actions)
         with panel.add_tab("Health"):
             self._health = HealthPanel(gui)
             if live:
@@ -152,11 +153,11 @@ class Page:
         if live:
             with panel.add_tab("Scenario"):
                 self._scenarios = ScenarioPanel(
-                    gui, scenario, self._actions, outbox, self.notify, self._uploads
+                    gui, scenario, self.actions, outbox, self.notify, self._uploads
                 )
             with panel.add_tab("Campaign"):
                 self._campaigns = CampaignPanel(
-                    gui, scenario, self._actions, outbox, self.notify, self._scenarios.changes
+                    gui, scenario, self.actions, outbox, self.notify, self._scenarios.changes
                 )
         panel.dock_right()
         panel.set_width(RIGHT_PANEL_WIDTH)
@@ -176,19 +177,19 @@ class Page:
     def _add_layers(self, gui: viser.GuiApi) -> None:
         for label, layer in LAYERS.items():
             box = gui.add_checkbox(label, layer not in INITIALLY_HIDDEN)
-            self._actions.on_change(box, partial(self._scene.set_layer_visible, layer))
+            self.actions.on_change(box, partial(self._scene.set_layer_visible, layer))
         coloring = gui.add_dropdown(
             "Rope's colour", COLORINGS, hint="What the seen rope's colour is"
         )
-        self._actions.on_change(coloring, self._color_rope)
+        self.actions.on_change(coloring, self._color_rope)
         frame = gui.add_button(
             "Frame everything", icon=viser.Icon.MAXIMIZE, hint="See start, goal and obstacles whole"
         )
-        self._actions.on_press(frame, lambda client: show_whole(client, self._scenario))
+        self.actions.on_press(frame, lambda client: show_whole(client, self._scenario))
         theme = gui.add_button(
             "Light or dark", icon=viser.Icon.SUN, hint="Switch the colours of this window"
         )
-        self._actions.on_press(theme, self._switch_theme)
+        self.actions.on_press(theme, self._switch_theme)
         self._legend = gui.add_html(legend_html(coloring.value))
 
     def _color_rope(self, coloring: Coloring) -> None:
@@ -202,10 +203,6 @@ class Page:
     def notify(self, notification: Notification) -> None:
         """Show a notification in every open browser."""
         notify(self._server, notification.title, notification.body)
-
-    def run_actions(self) -> None:
-        """Run the actions that people asked for since the last step."""
-        self._actions.run()
 
     def update(self, inbox: Inbox, now: int) -> None:
         """Take new messages and draw them."""
@@ -230,11 +227,11 @@ class Page:
             for item in inbox.every(topics.RUN_CURVES):
                 self._runs.take_curves(item.message)
             if fresh := inbox.fresh(topics.RUN_MOTION):
-                self._runs.take_motion(fresh.message)
+                self._runs.opened.take_motion(fresh.message)
             if fresh := inbox.fresh(topics.RUN_PICTURE):
-                self._runs.take_picture(fresh.message)
+                self._runs.opened.take_picture(fresh.message)
             if fresh := inbox.fresh(topics.RUN_VIDEO):
-                self._runs.take_video(fresh.message)
+                self._runs.video.take(fresh.message)
         # Kept until the next drawing: published rarely, or drawn less often than they come.
         for topic in (
             topics.SCENE_STATE,

@@ -68,7 +68,7 @@ class DashboardService:
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Run people's actions, draw new messages and publish requests."""
         assert self._page is not None, "a service is warmed up before its first step"
-        self._page.run_actions()
+        self._page.actions.run()
         arms, age = latest_with_age(inbox, topics.ARM_STATE, now)
         task, _ = latest_with_age(inbox, topics.TASK_STATE, now)
         stack, _ = latest_with_age(inbox, topics.STACK_STATE, now)

@@ -115,11 +115,5 @@ class SavedGoals:
     def _ask_delete(self, client: viser.ClientHandle) -> None:
         if not (name := self._chosen):
             return
-        modal = client.gui.add_modal(f"Delete the goal {name}?")
-        with modal:
-            delete = client.gui.add_button("Delete", color=palette.BAD)
-            keep = client.gui.add_button("Keep", color=palette.NEUTRAL)
         request = partial(self._outbox.request_goals, GoalListRequest.DELETE, name, "Delete goal")
-        delete.on_click(lambda _: self._actions.put(request))
-        for button in (delete, keep):
-            button.on_click(lambda _: modal.close())
+        self._actions.confirm(client, f"Delete the goal {name}?", (), "Delete", request)

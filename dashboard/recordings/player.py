@@ -65,7 +65,7 @@ class Player:
     def step(self, seconds: float) -> None:
         """Advance by a time of the viewer [s] and update the page."""
         self._actions.run()
-        self._page.run_actions()
+        self._page.actions.run()
         self._viewer_time += seconds
         if self._target is not None:
             self._jump(self._target)

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import socket
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -79,3 +81,9 @@ def test_every_scenario_can_be_shown(path: Path) -> None:
         assert stage.step() == []
     finally:
         service.close()
+
+
+def test_the_service_that_holds_arms_is_imported_without_the_page() -> None:
+    # After a death of the process, HOLD is away for as long as its imports take.
+    program = "import sys, dashboard.service, dashboard.web.site; sys.exit('viser' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", program]).returncode == 0

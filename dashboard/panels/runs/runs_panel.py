@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 import viser
 
-from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.markup import paragraph_html
 from dashboard.outbox import Notification, Outbox
@@ -23,10 +22,7 @@ from shared.messages import (
     RunCurves,
     RunList,
     RunListRequest,
-    RunMotion,
-    RunPicture,
     RunSummary,
-    RunVideo,
 )
 
 NO_RUN = "(none)"
@@ -87,9 +83,9 @@ class RunsPanel:
             disabled=True,
             hint="Show the recorded rope beside the present one, at any time of the run",
         )
-        self._open.on_click(lambda _: actions.put(lambda: self._opened.open(self._selected)))
+        self._open.on_click(lambda _: actions.put(lambda: self.opened.open(self._selected)))
         # Below its button: further down, it would open where nobody looks.
-        self._opened = OpenedRun(server, scenario, actions, outbox)
+        self.opened = OpenedRun(server, scenario, actions, outbox)
         self._compare = gui.add_button("Compare", icon=viser.Icon.CHART_LINE, disabled=True)
         self._compare.on_click(lambda _: actions.put(self._toggle_compared))
         self._compare_shown = gui.add_button(
@@ -105,7 +101,7 @@ class RunsPanel:
         actions.on_change(self._note, self._take_note)
         self._export = gui.add_button("Export CSV", icon=viser.Icon.DOWNLOAD, disabled=True)
         actions.on_press(self._export, self._request_export)
-        self._video = VideoButton(gui, actions, outbox, notify)
+        self.video = VideoButton(gui, actions, outbox, notify)
         self._delete = gui.add_button("Delete …", icon=viser.Icon.TRASH, disabled=True)
         actions.on_press(self._delete, self._confirm)
         self._actions = actions
@@ -116,7 +112,7 @@ class RunsPanel:
     def update(self, runs: RunList | None, now: int) -> None:
         """Show the recorder's list, and send a note that a person has finished typing."""
         self._send_note(now)
-        self._opened.update(now)
+        self.opened.update(now)
         if runs is None or runs.stamp == self._stamp:
             return
         self._stamp = runs.stamp
@@ -136,18 +132,6 @@ class RunsPanel:
             text = csv_text(curves.time, curves.error, curves.clearance)
             client.send_file_download(f"{curves.run}.csv", text.encode(), save_immediately=True)
         self._draw()
-
-    def take_motion(self, motion: RunMotion) -> None:
-        """Take the motion of a run that was opened."""
-        self._opened.take_motion(motion)
-
-    def take_picture(self, picture: RunPicture) -> None:
-        """Take a picture of a run that was opened."""
-        self._opened.take_picture(picture)
-
-    def take_video(self, video: RunVideo) -> None:
-        """Take how far a video is, or the video."""
-        self._video.take(video)
 
     def _shown(self) -> list[RunSummary]:
         return matching(self._runs.values(), self._filter.value)
@@ -171,7 +155,7 @@ class RunsPanel:
             handle.disabled = run is None
         recorded = run is not None and run.over and run.bytes > 0
         self._open.disabled = not recorded
-        self._video.select(id if recorded else "")
+        self.video.select(id if recorded else "")
         self._detail.content = detail_html(run)
         self._star.label = "Remove the star" if run and run.star else "Star"
         self._compare.label = "Compare no more" if id and id in self._compared else "Compare"
@@ -241,16 +225,9 @@ class RunsPanel:
         run = self._runs.get(self._selected)
         if run is None:
             return
-        modal = client.gui.add_modal("Delete this run?")
-        with modal:
-            text = f"{label(run)} and its recording of {run.bytes / 1e6:.1f} MB."
-            client.gui.add_html(paragraph_html(text))
-            delete = client.gui.add_button("Delete", color=palette.BAD)
-            keep = client.gui.add_button("Keep", color=palette.NEUTRAL)
+        text = f"{label(run)} and its recording of {run.bytes / 1e6:.1f} MB."
         request = partial(self._outbox.request_runs, RunListRequest.DELETE, [run.id], "Delete")
-        delete.on_click(lambda _: self._actions.put(request))
-        for button in (delete, keep):
-            button.on_click(lambda _: modal.close())
+        self._actions.confirm(client, "Delete this run?", [paragraph_html(text)], "Delete", request)
 
     def _draw(self) -> None:
         loaded: Sequence[RunCurves] = [

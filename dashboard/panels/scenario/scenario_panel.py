@@ -160,16 +160,12 @@ class ScenarioPanel:
         """Ask in the window where starting was pressed: the present cell ends."""
         if client is None:
             return
-        modal = client.gui.add_modal(f"Start {title}?")
-        with modal:
-            client.gui.add_html(paragraph_html(START_TEXT))
-            if arms:
-                shown = ", ".join(arms)[:MAX_SHOWN_ADDRESSES]
-                text = f"It drives the real arms at {shown}. Look at the cell."
-                client.gui.add_html(paragraph_html(text, weight=700))
-            word = "Start real arms" if arms else "Start"
-            start = client.gui.add_button(word, color=palette.BAD if arms else palette.GOOD)
-            cancel = client.gui.add_button("Cancel", color=palette.NEUTRAL)
+        paragraphs, word, color = [paragraph_html(START_TEXT)], "Start", palette.GOOD
+        if arms:
+            shown = ", ".join(arms)[:MAX_SHOWN_ADDRESSES]
+            text = f"It drives the real arms at {shown}. Look at the cell."
+            paragraphs.append(paragraph_html(text, weight=700))
+            word, color = "Start real arms", palette.BAD
         request = partial(
             self._outbox.request_stack,
             StackRequest.START,
@@ -177,24 +173,17 @@ class ScenarioPanel:
             confirmed=arms,
             **fields,
         )
-        start.on_click(lambda _: self._actions.put(request))
-        for button in (start, cancel):
-            button.on_click(lambda _: modal.close())
+        title = f"Start {title}?"
+        self._actions.confirm(client, title, paragraphs, word, request, "Cancel", color)
 
     def _ask_delete(self, client: viser.ClientHandle) -> None:
         if not (name := self._chosen):
             return
-        modal = client.gui.add_modal(f"Delete {name}?")
-        with modal:
-            client.gui.add_html(paragraph_html("The saved scenario and its files."))
-            delete = client.gui.add_button("Delete", color=palette.BAD)
-            keep = client.gui.add_button("Keep", color=palette.NEUTRAL)
         request = partial(
             self._outbox.request_stack, StackRequest.DELETE, f"Delete {name}", name=name
         )
-        delete.on_click(lambda _: self._actions.put(request))
-        for button in (delete, keep):
-            button.on_click(lambda _: modal.close())
+        text = [paragraph_html("The saved scenario and its files.")]
+        self._actions.confirm(client, f"Delete {name}?", text, "Delete", request)
 
     def changes(self, with_scene: bool = True) -> list[str] | None:
         """Return the settings that people changed; None, and say so, where one is not valid."""

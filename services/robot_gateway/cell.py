@@ -8,7 +8,7 @@ the ends.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,19 +35,14 @@ from services.robot_gateway.stop_control import StopControl
 from services.robot_gateway.trajectory_control import TrajectoryControl, TrajectoryRequest
 from services.robot_gateway.writer_control import WriterChunk, WriterControl
 
-
-@dataclass(frozen=True)
-class CellSettings:
-    """Settings of a cell."""
-
-    longest_step: float = 3.0
-    """Longest motion in one tick, in periods of the gateway [-]."""
-    settle_time: float = 0.3
-    """Time after the command's rest within which an arm must have come to rest too [s]."""
-    ready_timeout: float = 30.0
-    """Time in which an arm must become ready [s]."""
-    lag_factor: float = 2.0
-    """Distance of the command from its chunk above which the cell stops, in step tolerances [-]."""
+LONGEST_STEP = 3.0
+"""Longest motion in one tick, in periods of the gateway [-]."""
+SETTLE_TIME = 0.3
+"""Time after the command's rest within which an arm must have come to rest too [s]."""
+READY_TIMEOUT = 30.0
+"""Time in which an arm must become ready [s]."""
+LAG_FACTOR = 2.0
+"""Distance of the command from its chunk above which the cell stops, in step tolerances [-]."""
 
 
 class Cell:
@@ -61,12 +56,10 @@ class Cell:
         boot: str,
         arm_automatically: bool = False,
         force_limit: ForceLimit | None = None,
-        settings: CellSettings | None = None,
     ) -> None:
         self.follower = follower
         self.arms = Arms(drivers, starts)
         self.arm_automatically = arm_automatically
-        self.settings = settings or CellSettings()
         self.watchdog = Watchdog()
         self._control = StopControl(follower, boot)
         self._approach = ApproachControl(self.arms, follower, boot)
@@ -170,7 +163,7 @@ class Cell:
         self.watchdog.tick(now)
         self._check_consent(now)
         self._check_trajectory(now)
-        h = min(elapsed, self.settings.longest_step * self.watchdog.settings.period)
+        h = min(elapsed, LONGEST_STEP * self.watchdog.settings.period)
         self._check_following(now, h)
         if h > 0.0:
             self._setpoints_late = self.watchdog.must_brake(now, h)
@@ -248,8 +241,8 @@ class Cell:
                 self._stop_for_silence(f"no fresh setpoints for {1e3 * age:.0f} ms")
             return
         distance, angle = self.follower.lag(now)
-        tolerances, factor = self.follower.tolerances, self.settings.lag_factor
-        if distance > factor * tolerances.step or angle > factor * tolerances.turn:
+        tolerances = self.follower.tolerances
+        if distance > LAG_FACTOR * tolerances.step or angle > LAG_FACTOR * tolerances.turn:
             lag = f"{1e3 * distance:.0f} mm and {angle:.2f} rad"
             self._control.stop("left_behind", f"{lag} behind its setpoints")
 
@@ -380,7 +373,7 @@ class Cell:
     def _finish_disarming(self, now: int) -> None:
         """Disable arms at rest, and arm a simulated cell at boot once they are off."""
         # The arms must rest, not only their command.
-        settled = (now - self._moved_at) * NANOSECONDS >= self.settings.settle_time
+        settled = (now - self._moved_at) * NANOSECONDS >= SETTLE_TIME
         may_still_move = self.arms.powered and not settled
         if not self.follower.resting or not (self.arms.standing_still or not may_still_move):
             return
@@ -394,15 +387,16 @@ class Cell:
 
     def _finish_waiting(self, now: int, since: int) -> None:
         """Continue once the arms are ready; stop when they are not ready in time."""
-        timeout = self.settings.ready_timeout
         if self.arms.ready and self.follower.resting:
             self.arms.put_command_to_measured(self.follower)
             self._control.end_waiting()
             if self._approach.wanted:
                 self._start_approach(now)
-        elif (now - since) * NANOSECONDS > timeout:
+        elif (now - since) * NANOSECONDS > READY_TIMEOUT:
             self._control.end_waiting()
-            self._control.stop("alarm", f"not ready after {timeout:.0f} s: {self.arms.unready}")
+            self._control.stop(
+                "alarm", f"not ready after {READY_TIMEOUT:.0f} s: {self.arms.unready}"
+            )
 
     def _enabled_ends(self) -> list[bool]:
         """Return for each end whether it is sent its commanded pose.

@@ -189,17 +189,16 @@ def _ask_again(outbox: Any, entry: Entry) -> None:
     """Put what a person asked for into the outbox, without id and stamp."""
     message = entry.parse()
     words = f"request #{entry.sequence} of the recording"
+    fields = {f.name: value for f, value in message.ListFields()}
+    options = {k: v for k, v in fields.items() if k not in ("id", "stamp", "action")}
     match entry.key:
         case topics.TASK_REQUEST.key:
-            fields = {f.name: v for f, v in message.ListFields()}
-            options = {k: v for k, v in fields.items() if k not in ("id", "stamp", "action")}
             outbox.request_task(message.action, words, **options)
         case topics.SCENE_REQUEST.key:
             outbox.request_scene(message.action, message.obstacle, words)
         case topics.ARM_COMMAND.key:
-            fields = {f.name: v for f, v in message.ListFields()}
-            options = {k: v for k, v in fields.items() if k in COMMAND_FIELDS}
-            outbox.command_arms(message.action, _answered_state(message), words, **options)
+            given = {k: v for k, v in fields.items() if k in COMMAND_FIELDS}
+            outbox.command_arms(message.action, _answered_state(message), words, **given)
         case topics.ARM_CONSENT.key:
             outbox.consent(message.command, _answered_state(message))
         case topics.TASK_GOAL_DRAFT.key:
@@ -211,8 +210,6 @@ def _ask_again(outbox: Any, entry: Entry) -> None:
         case topics.GOAL_LIST_REQUEST.key:
             outbox.request_goals(message.action, message.name, words, message.goal)
         case topics.STACK_REQUEST.key:
-            fields = {f.name: v for f, v in message.ListFields()}
-            options = {k: v for k, v in fields.items() if k not in ("id", "stamp", "action")}
             outbox.request_stack(message.action, words, **options)
 
 

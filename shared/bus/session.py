@@ -77,10 +77,10 @@ class Bus:
         """Return a subscription to the future messages of one topic."""
         return Subscription(self._session, topic, self._clock, own, arrived)
 
-    def subscribe_all(self, capacity: int = ALL_CAPACITY) -> RawSubscription:
+    def subscribe_all(self) -> RawSubscription:
         """Return a subscription to the future messages of all topics."""
-        self._taps.append(deque(maxlen=capacity))
-        return RawSubscription(self._session, self._clock, capacity, self._taps[-1])
+        self._taps.append(deque(maxlen=ALL_CAPACITY))
+        return RawSubscription(self._session, self._clock, ALL_CAPACITY, self._taps[-1])
 
     def declare_alive(self, service: str) -> None:
         """List this process in `alive` for as long as it is connected."""

@@ -126,15 +126,9 @@ class RawSubscription(_BaseSubscription):
     def __init__(
         self, session: zenoh.Session, clock: Clock, capacity: int, own: deque[RawMessage]
     ) -> None:
-        """
-        Args:
-            session: Session of this process.
-            clock: Clock of the times of receipt.
-            capacity: Number of unread messages that it keeps.
-            own: Messages of this process, which need neither check nor transport.
-        """
         super().__init__(session, "**", capacity, clock, own=False)
         self._own = own
+        """Messages of this process, which need neither check nor transport."""
         self._topics: dict[str, Topic] = {}
 
     def take(self) -> Iterator[RawMessage]:

@@ -57,15 +57,13 @@ def slope_motion(
     return float(np.max(np.abs(moved[:, :2])))
 
 
-def post_exponent(
-    radius: float, node_count: int = 80, dt: float = 0.01, coefficient: float = COEFFICIENT
-) -> float:
+def post_exponent(radius: float, node_count: int = 80, dt: float = 0.01) -> float:
     """Return the growth of tension per radian [-] of a rope that is drawn half way round a post."""
     lead, centre = 0.05, POST + radius
     length = math.pi * centre + 2.0 * lead
     rope = RodProperties(length, 2.0 * radius, 0.02, 2e4, damping=20.0, contact_margin=1e-4)
     rod = Rod(rope, node_count, "pinned", "pinned", (0.0, 0.0, 0.0))
-    post = pack([Obstacle("cylinder", (0, 0, 0), ACROSS, POST, height=0.5, friction=coefficient)])
+    post = pack([Obstacle("cylinder", (0, 0, 0), ACROSS, POST, height=0.5, friction=COEFFICIENT)])
     actions = np.zeros((round(1.2 / dt), 2, 6))
     loading = round(0.2 / dt)
     actions[:loading, :, 2] = -0.5 * length / rope.stretch_stiffness / 0.2

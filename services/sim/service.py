@@ -64,13 +64,13 @@ class SimService:
     wakes = (topics.ARM_STATE,)
     rate = 60.0
 
-    def __init__(self, scenario: Scenario, world: World | None = None) -> None:
+    def __init__(self, scenario: Scenario) -> None:
         sensing = scenario.sensing
         self.latency = sensing.latency
         self.door = Door()
         self._scenario = scenario
         self._period = round(SECOND / sensing.rate)
-        self._world = world or World(scenario)
+        self._world = World(scenario)
         self._marked = MarkedObstacles(scenario)
         self._standing = self._marked.merged(scenario.bodies)
         """Obstacles, moving ones where they stand before a run."""

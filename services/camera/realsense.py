@@ -7,18 +7,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pyrealsense2 as rs  # pyright: ignore[reportMissingImports]
-from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
-from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
-from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from lariat.configuration import ConfigurationError
 from services.camera.source import Exposure
+from shared.camera_messages import calibration_message, color_message, depth_message
 
-JPEG_QUALITY = 95
-"""Quality of the colour images [%]."""
 DISTORTION_MODELS = {
     rs.distortion.none: "plumb_bob",
     rs.distortion.brown_conrady: "plumb_bob",
@@ -70,31 +65,16 @@ class RealSense:
         if not color or not depth or color.get_timestamp() == self._last_time:
             return None
         self._last_time = color.get_timestamp()
-        bgr = np.asanyarray(color.get_data())[..., ::-1]
-        jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1]
-        z = np.rint(np.asanyarray(depth.get_data()) * self._millimeters_per_unit).astype("<u2")
-        height, width = z.shape
+        z = np.rint(np.asanyarray(depth.get_data()) * self._millimeters_per_unit)
+        i = color.profile.as_video_stream_profile().intrinsics
+        model = DISTORTION_MODELS.get(i.model, str(i.model))
         return Exposure(
-            CompressedImage(data=jpeg.tobytes(), format="jpeg"),
-            RawImage(
-                width=width, height=height, encoding="16UC1", step=2 * width, data=z.tobytes()
-            ),
-            _calibration(color.profile.as_video_stream_profile().intrinsics),
+            color_message(np.asanyarray(color.get_data())),
+            depth_message(z.astype(np.uint16)),
+            calibration_message((i.width, i.height), i.fx, i.fy, i.ppx, i.ppy, i.coeffs, model),
             round(1e6 * self._last_time),
         )
 
     def close(self) -> None:
         """Stop both streams."""
         self._pipeline.stop()
-
-
-def _calibration(i: rs.intrinsics) -> CameraCalibration:
-    return CameraCalibration(
-        width=i.width,
-        height=i.height,
-        distortion_model=DISTORTION_MODELS.get(i.model, str(i.model)),
-        D=list(i.coeffs),
-        K=[i.fx, 0.0, i.ppx, 0.0, i.fy, i.ppy, 0.0, 0.0, 1.0],
-        R=np.eye(3).ravel(),
-        P=[i.fx, 0.0, i.ppx, 0.0, 0.0, i.fy, i.ppy, 0.0, 0.0, 0.0, 1.0, 0.0],
-    )

@@ -13,22 +13,21 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from lariat.configuration import ConfigurationError
 from services.camera.source import Exposure
 from shared.bus import BusError
+from shared.camera_messages import color_message, depth_message
 from shared.door import Door
 from shared.ros2.node import Node
 from shared.ros2.types import nanoseconds
 from shared.ros2.wire import SENSOR
 
-JPEG_QUALITY = 95
-"""Quality of the colour images [%]."""
 MAX_GAP = 20_000_000
 """Largest difference between the stamps of colour and depth of one exposure [ns]."""
 CHANNELS = {
-    "rgb8": cv2.COLOR_RGB2BGR,
-    "bgr8": None,
-    "rgba8": cv2.COLOR_RGBA2BGR,
-    "bgra8": cv2.COLOR_BGRA2BGR,
+    "rgb8": None,
+    "bgr8": cv2.COLOR_BGR2RGB,
+    "rgba8": cv2.COLOR_RGBA2RGB,
+    "bgra8": cv2.COLOR_BGRA2RGB,
 }
-"""Conversion to blue, green, red of each encoding of colour that is taken."""
+"""Conversion to red, green, blue of each encoding of colour that is taken."""
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
 
@@ -102,10 +101,7 @@ def _jpeg(message: Any) -> CompressedImage:
         raise ValueError(f"colour is {message.encoding!r}; use one of {', '.join(CHANNELS)}")
     image = _pixels(message, "u1", 4 if "a" in message.encoding else 3)
     conversion = CHANNELS[message.encoding]
-    if conversion is not None:
-        image = cv2.cvtColor(image, conversion)
-    jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1]
-    return CompressedImage(format="jpeg", data=jpeg.tobytes())
+    return color_message(image if conversion is None else cv2.cvtColor(image, conversion))
 
 
 def _millimetres(message: Any) -> RawImage:
@@ -116,13 +112,7 @@ def _millimetres(message: Any) -> RawImage:
         depth = np.clip(np.rint(1e3 * metres), 0, 65535)
     else:
         raise ValueError(f"depth is {message.encoding!r}; use 16UC1 [mm] or 32FC1 [m]")
-    return RawImage(
-        width=message.width,
-        height=message.height,
-        encoding="16UC1",
-        step=2 * message.width,
-        data=depth.astype("<u2").tobytes(),
-    )
+    return depth_message(depth[..., 0].astype(np.uint16))
 
 
 def _calibration(message: Any) -> CameraCalibration:

@@ -8,7 +8,7 @@ from lariat.trajectory import SECOND
 from services.camera.clock_offset import ClockOffset
 from services.camera.source import CameraSource
 from shared import topics
-from shared.messages import timestamp
+from shared.camera_messages import stamped
 from shared.runtime.service import Publication
 
 CALIBRATION_PERIOD = SECOND
@@ -45,8 +45,7 @@ class CameraStream:
         stamp = self._clock.stamp(exposure.time, now)
         self.note = f"clock offset {(self._clock.offset or 0) / SECOND:.4f} s"
         for message in (exposure.color, exposure.depth, exposure.calibration):
-            message.timestamp.CopyFrom(timestamp(stamp))
-            message.frame_id = self.name
+            stamped(message, self.name, stamp)
         if now - self._calibration_time >= CALIBRATION_PERIOD:
             self._calibration_time = now
             yield Publication(self._calibration, exposure.calibration)

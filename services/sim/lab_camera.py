@@ -15,8 +15,8 @@ from lariat.simulation.camera.rgbd_camera import RGB, RgbdCamera, Tube
 from lariat.simulation.camera.sensor_noise import SensorNoise
 from lariat.simulation.camera.true_camera import true_camera
 from lariat.trajectory import SECOND
-from services.sim.camera_messages import calibration_message, color_message, depth_message
 from shared import topics
+from shared.camera_messages import calibration_message, color_message, depth_message, stamped
 from shared.runtime.service import Publication
 
 BACKGROUND = 40
@@ -56,9 +56,9 @@ class LabCamera:
         """Publish the calibration if it is due at an instant [ns]."""
         if instant - self._calibration_time >= CALIBRATION_PERIOD:
             self._calibration_time = instant
-            intrinsics = self._camera.camera.intrinsics
-            message = calibration_message(intrinsics, self._name, instant)
-            yield Publication(self._calibration, message)
+            i = self._camera.camera.intrinsics
+            message = calibration_message((i.width, i.height), i.fx, i.fy, i.cx, i.cy)
+            yield Publication(self._calibration, stamped(message, self._name, instant))
 
     def publish_images(
         self,
@@ -72,5 +72,6 @@ class LabCamera:
     ) -> Iterator[Publication]:
         """Take an image and publish it; `number` selects its noise, `instant` is its time [ns]."""
         frame = self._camera.take(nodes, self._radius, bodies, colors, number, plates, tubes)
-        yield Publication(self._color, color_message(frame.color, self._name, instant))
-        yield Publication(self._depth, depth_message(frame.depth, self._name, instant))
+        color, depth = color_message(frame.color), depth_message(frame.depth)
+        yield Publication(self._color, stamped(color, self._name, instant))
+        yield Publication(self._depth, stamped(depth, self._name, instant))

@@ -7,7 +7,7 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from services.perception.decoding import decode_color, decode_frame
-from services.sim.camera_messages import color_message
+from shared.camera_messages import color_message
 
 COLOR_IMAGE = CompressedImage(
     data=cv2.imencode(".jpg", np.zeros((4, 4, 3), np.uint8))[1].tobytes(), format="jpeg"
@@ -56,14 +56,14 @@ def test_float_depth_is_rounded_to_millimetres_and_invalid_values_become_zero() 
 def test_red_of_a_jpeg_is_the_first_channel() -> None:
     red = np.zeros((16, 16, 3), np.uint8)
     red[..., 0] = 200
-    color, _ = decode_frame(color_message(red, "overhead", 1), DEPTH_IMAGE)
+    color, _ = decode_frame(color_message(red), DEPTH_IMAGE)
     assert color.flags.c_contiguous  # pyright: ignore[reportAttributeAccessIssue]
     assert np.max(np.abs(color.astype(int) - red)) < 3  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def test_the_brightness_is_that_of_the_colours() -> None:
     image = np.random.default_rng(0).integers(0, 255, (48, 64, 3), np.uint8)
-    color = color_message(cv2.GaussianBlur(image, (9, 9), 3.0), "overhead", 1)
+    color = color_message(cv2.GaussianBlur(image, (9, 9), 3.0))
     rgb, grey = decode_color(color), decode_color(color, grey=True)
     assert rgb is not None
     assert grey is not None

@@ -30,6 +30,7 @@ from lariat.perception.markers.marker_detection import MarkerDetector
 from lariat.scenario import Scenario
 from lariat.scenario.cameras import CameraSetup
 from shared import topics
+from shared.camera_messages import intrinsics_of
 from shared.messages import arm_pose, poses_known, stamp_of
 from shared.recording import Recording
 
@@ -127,7 +128,7 @@ def read_views(recording: Recording, scenario: Scenario, camera: str) -> Calibra
         transient=True,
     ):
         if entry.key == calibration_key:
-            intrinsics = _intrinsics(message)
+            intrinsics = intrinsics_of(message)
             continue
         at = _grip_at(stamps, grips, speeds, stamp_of(message))
         if at is None:
@@ -178,11 +179,6 @@ def _grip_at(stamps: list[int], grips: list[Pose], speeds: list[float], stamp: i
         return None
     share = (stamp - stamps[k - 1]) / (stamps[k] - stamps[k - 1])
     return poses.interpolate(grips[k - 1], grips[k], share)
-
-
-def _intrinsics(message: Any) -> Intrinsics:
-    k = message.K
-    return Intrinsics(message.width, message.height, k[0], k[4], k[2], k[5])
 
 
 def _answer(result: Extrinsics, before: Pose, places: int) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from jaxtyping import UInt8, UInt16
 
+from lariat.geometry.cameras import Intrinsics
 from shared.messages import timestamp
 
 JPEG_QUALITY = 95
@@ -62,3 +63,9 @@ def calibration_message(
         R=np.eye(3).ravel(),
         P=[fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
     )
+
+
+def intrinsics_of(calibration: CameraCalibration) -> Intrinsics:
+    """Pinhole of a calibration message, without its distortion."""
+    k = calibration.K
+    return Intrinsics(calibration.width, calibration.height, k[0], k[4], k[2], k[5])

@@ -14,8 +14,9 @@ from jaxtyping import Float64, UInt8
 
 from dashboard.scene.certainty import certainty_colors
 from lariat.files.image_header import check_image
-from lariat.geometry.cameras import Camera, Intrinsics
+from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
+from shared.camera_messages import intrinsics_of
 from shared.messages import NodeChain, chain
 
 UPDATE_PERIOD = 0.125
@@ -70,7 +71,7 @@ class CameraImage:
             if image is None:
                 continue
             if rope is not None and calibration is not None:
-                draw_rope(image, rope, Camera(intrinsics(calibration), self._pose))
+                draw_rope(image, rope, Camera(intrinsics_of(calibration), self._pose))
             height = round(IMAGE_WIDTH * image.shape[0] / image.shape[1])
             image = cv2.resize(image, (IMAGE_WIDTH, height), interpolation=cv2.INTER_LINEAR)
             # One message to the browsers, and not one for each property of the element.
@@ -87,12 +88,6 @@ def decode(data: bytes) -> UInt8[np.ndarray, "h w 3"] | None:
     except ValueError:
         return None
     return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR_RGB)
-
-
-def intrinsics(calibration: CameraCalibration) -> Intrinsics:
-    """Pinhole of a calibration message, without its distortion."""
-    k = calibration.K
-    return Intrinsics(calibration.width, calibration.height, k[0], k[4], k[2], k[5])
 
 
 def draw_rope(image: UInt8[np.ndarray, "h w 3"], rope: NodeChain, camera: Camera) -> None:

@@ -13,6 +13,7 @@ from lariat.files.image_header import check_image
 from lariat.geometry.cameras import Intrinsics, Picture
 from lariat.perception.rgbd.lens_distortion import Undistortion
 from services.perception.decoding import decode_color, decode_frame
+from shared.camera_messages import intrinsics_of
 
 Images = tuple[Picture, UInt16[np.ndarray, "h w"]]
 """Red, green, blue or the brightness, and depth [mm], 0 where nothing was measured."""
@@ -65,9 +66,7 @@ class CameraView:
         return self._undistortion.color(picture)
 
     def _calibrated(self, message: CameraCalibration) -> Undistortion:
-        k = message.K
-        intrinsics = Intrinsics(message.width, message.height, k[0], k[4], k[2], k[5])
-        calibration = intrinsics, tuple(message.D), message.distortion_model
+        calibration = intrinsics_of(message), tuple(message.D), message.distortion_model
         if self._undistortion is None or self._calibration != calibration:
             self._undistortion = Undistortion(*calibration)
             self._calibration = calibration

@@ -19,9 +19,10 @@ from lariat.geometry.grippers import gripper_points
 from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
-from lariat.scenario import Scenario, Shape
+from lariat.scenario import Scenario, Shape, load
 from lariat.scenario.goal_table import LEVEL_GRIP
 from lariat.scenario.sections import End, Ends, Event, Obstacle, Waypoint
+from lariat.scenario.shipped import find
 from lariat.simulation.plants.factory import build_plant, true_properties
 
 Kind = Literal[
@@ -36,6 +37,7 @@ Kind = Literal[
     "crossing",
     "new-goal",
     "part",
+    "arms",
     "blocked",
 ]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -48,6 +50,10 @@ MAX_SHAPE_SAMPLES = 400
 """Number of shapes sampled among given obstacles before the obstacles are sampled anew."""
 MAX_SCENE_SAMPLES = 20
 """Number of times that the obstacles are sampled anew."""
+ARMS_SCENARIO = "two-arms"
+"""Scenario of the arms, and of how they hold the rope at the start."""
+ARM_SAMPLES = 10
+"""Number of goals that are sampled for the arms before the obstacles are sampled anew."""
 PART_SAMPLES = 2000
 """Points of a shape from which a part is taken [-]."""
 Corner = tuple[float, float, float]
@@ -116,12 +122,13 @@ class _SceneSampler:
                 about = poses.multiply(poses.exponential(np.array([0.0, 0.0, yaw])), LEVEL_GRIP)
                 tilts = self.random.uniform(-tilt, tilt, (2, 3))
                 tilted = [poses.multiply(poses.exponential(t), about) for t in tilts]
-            shape = self._rest(Pose(centre - chord, tilted[0]), Pose(centre + chord, tilted[1]))
+            shape = self.held(Pose(centre - chord, tilted[0]), Pose(centre + chord, tilted[1]))
             if shape is not None:
                 return shape
         raise NoShapeFoundError
 
-    def _rest(self, left: Pose, right: Pose) -> HeldShape | None:
+    def held(self, left: Pose, right: Pose) -> HeldShape | None:
+        """Return the rest shape between two grips; None where something is too near."""
         base = self.base
         if min(left.position[2], right.position[2]) < MIN_GRIP_HEIGHT:
             return None
@@ -337,6 +344,47 @@ def _part(sampler: _SceneSampler) -> Scenario:
     return replace(scenario, goal=replace(scenario.goal, part=(begin, begin + size)))
 
 
+def _arms(sampler: _SceneSampler) -> Scenario:
+    """Two CR5s hold the rope among posts and boxes, some of which stand where links go.
+
+    Both arms can hold start and goal; whether a way leads there is not known.
+    """
+    # Only a cell with arms needs Pinocchio.
+    from lariat.planning.arms.arm_check import goal_fault, start_fault
+    from lariat.planning.cell_problem import scenario_problem
+
+    random = sampler.random
+    cell, rotates = load(find(ARMS_SCENARIO)), bool(random.random() < 0.5)
+    ends = Ends(*(replace(end, rotates=rotates) for end in (cell.ends.left, cell.ends.right)))
+    sampler = _SceneSampler(replace(sampler.base, ends=ends, start=cell.start), random)
+    sampler = sampler.with_obstacles(*_sample_posts(random))
+    left, right = cell.grips(cell.start)
+    if sampler.held(left, right) is None:
+        raise NoShapeFoundError
+    for _ in range(ARM_SAMPLES):
+        goal = sampler.shape((-0.15, -0.15, 0.12), (0.15, 0.35, 0.40), tilt=0.5 * rotates)
+        scenario = sampler.scenario(cell.start, goal, oriented=rotates)
+        problem = scenario_problem(scenario)
+        if start_fault(problem) is None and goal_fault(problem) is None:
+            return scenario
+    raise NoShapeFoundError
+
+
+def _sample_posts(random: np.random.Generator) -> list[Obstacle]:
+    """Sample two to five posts and boxes on the table, up to 0.55 m high."""
+    bodies = []
+    for _ in range(random.integers(2, 6)):
+        x, y, height = random.uniform((-0.34, -0.32, 0.1), (0.34, 0.32, 0.55)).tolist()
+        radius, *size = random.uniform((0.015, 0.02, 0.02), (0.045, 0.12, 0.12)).tolist()
+        shape = (
+            {"shape": "cylinder", "radius": radius, "height": height}
+            if random.random() < 0.6
+            else {"shape": "box", "size": (*size, height)}
+        )
+        bodies.append(Obstacle(position=(x, y, height / 2.0), **shape))
+    return bodies
+
+
 def _blocked(sampler: _SceneSampler) -> Scenario:
     """A wall without a window between start and goal."""
     wall = Obstacle("box", (0.0, 0.0, 0.65), size=(1.8, 0.02, 1.3), name="wall")
@@ -359,6 +407,7 @@ _SAMPLERS: dict[Kind, Callable[[_SceneSampler], Scenario]] = {
     "crossing": _crossing,
     "new-goal": _new_goal,
     "part": _part,
+    "arms": _arms,
     "blocked": _blocked,
 }
 """Samplers by kind of scene."""

@@ -47,7 +47,7 @@ def seed_paths(problem: Problem) -> list[Displacements]:
     paths = [_carried_path(problem, offset, 0.0) for offset in offsets]
     # The rope sags less while it is carried taut.
     paths += [_carried_path(problem, o, CARRIED_STRETCH) for o in offsets[: 1 + len(lifts)]]
-    return paths
+    return paths + _swung_paths(problem)
 
 
 def lift_offsets(problem: Problem) -> list[Float64[np.ndarray, "3"]]:
@@ -95,6 +95,27 @@ def _carried_path(
         path = middle + off * offset
     moves = problem.moves[:, :3]
     return np.diff(np.where(moves, path, begin), axis=0)
+
+
+def _swung_paths(problem: Problem) -> list[Displacements]:
+    """Paths on which ends that change sides pass each other on the right or on the left.
+
+    In between, a rope that stays in one plane may throw its loop to either side.
+    """
+    begin, end = (
+        np.stack([g.position for g in ends]) for ends in (problem.grips, problem.goal.grips)
+    )
+    first, last = begin[1] - begin[0], end[1] - end[0]
+    if first @ last >= 0.0:
+        return []
+    aside = 0.5 * np.cross([0.0, 0.0, 1.0], first - last)
+    s = np.linspace(0.0, 1.0, BLOCKS + 1)[:, None, None]
+    swings = 0.5 * np.sin(np.pi * s) * np.stack([-aside, aside])
+    moves = problem.moves[:, :3]
+    return [
+        np.diff(np.where(moves, begin + s * (end - begin) + side * swings, begin), axis=0)
+        for side in (1.0, -1.0)
+    ]
 
 
 def _stretching(

@@ -13,7 +13,7 @@ from lariat.rod.rod import Rod
 from lariat.rod.rollout_spec import CostGradient, RolloutSpec
 from lariat.rod.state import RodState, StateDirections
 from lariat.rod.strains import curvatures, forces, moments
-from lariat.rod.twist import add_turns, count_turns, count_turns_along
+from lariat.rod.twist import add_turns, connected, count_turns, count_turns_along
 
 __all__ = [
     "EDGE_AXIS",
@@ -33,6 +33,7 @@ __all__ = [
     "StateDirections",
     "StateGradient",
     "add_turns",
+    "connected",
     "count_turns",
     "count_turns_along",
     "curvatures",

@@ -72,6 +72,24 @@ def add_turns(state: RodState, count: float) -> RodState:
     return replace(state, orientations=spun, contact=None)
 
 
+def connected(first: RodState, last: RodState) -> bool:
+    """Return whether a rod gets from one state to another while neither end is rotated.
+
+    The frames along a rod are a curve in the space of rotations. With both of its ends held, such
+    curves fall into two classes (the fundamental group of SO(3); Dirac's belt trick), between which
+    a rod changes by an odd number of turns alone, on whatever side its parts pass one another. The
+    orientations of its ends are the same in both states.
+    """
+    return float(np.dot(_lifted_rotation(first), _lifted_rotation(last))) > 0.0
+
+
+def _lifted_rotation(state: RodState) -> Float64[np.ndarray, "4"]:
+    """Rotation from the first to the last frame, continued along the rod as a quaternion."""
+    q = state.orientations
+    flips = np.sum(q[1:] * q[:-1], axis=1) < 0.0
+    return poses.multiply(poses.conjugate(q[0]), q[-1]) * (-1.0) ** np.sum(flips)
+
+
 def _turns_beyond(least: float, state: RodState) -> int:
     """Return the whole turns by which a rod is twisted more than its shape needs at least [rad]."""
     if len(state.orientations) - len(state.positions) + 1 == 1:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float64
@@ -14,7 +15,7 @@ from lariat.geometry import polylines
 from lariat.geometry.cable_routes import clip_names, clip_openings
 from lariat.geometry.obstacles import Obstacle, chain_clearance, pack_supports
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, add_turns
+from lariat.rod import Rod, RodState, add_turns, connected
 from lariat.rod.cable_laying import laid, laying
 from lariat.rod.part_fit import fit_part, part_points
 from lariat.scenario import SIDES, Goal, Scenario, Shape
@@ -46,6 +47,12 @@ class GoalFactory:
     """Grips at the scenario's start; an end that does not rotate keeps this orientation."""
     _of_parts: dict[Shape, Goal] = field(default_factory=dict, repr=False)
     """Goals of parts of the rope and of routes, whose fit is not repeated."""
+
+    @cached_property
+    def _start_state(self) -> RodState:
+        """Rod at rest at the scenario's start."""
+        state = self.rod.rest(*self.start).state
+        return add_turns(state, self.scenario.start.turns)
 
     @classmethod
     def of_scenario(cls, scenario: Scenario) -> GoalFactory:
@@ -241,11 +248,16 @@ class GoalFactory:
         Raises:
             RequestRefused: It does not come to rest there, or the grips are too far apart.
         """
+        rotates = [self.scenario.end(side).rotates for side in SIDES]
         try:
             packed = pack_supports(obstacles)
             rest = self.rod.rest(left, right, obstacles=packed)
-            if turns:
-                guess = add_turns(rest.state, turns)
+            twist = turns
+            if not any(rotates) and not connected(self._start_state, add_turns(rest.state, turns)):
+                # E.g. where the ends change places: a loop of the rope has become a turn of twist.
+                twist += 1.0
+            if twist:
+                guess = add_turns(rest.state, twist)
                 rest = self.rod.rest(left, right, guess=guess, obstacles=packed)
         except ValueError as error:
             raise RequestRefused(str(error)) from error
@@ -254,7 +266,6 @@ class GoalFactory:
                 f"the rope does not come to rest between these grips (still moves "
                 f"{1e3 * rest.residual:.2f} mm); bring them further apart"
             )
-        rotates = [self.scenario.end(side).rotates for side in SIDES]
         return Goal(rest.state.positions, left, right, rotates[0], rotates[1], turns=turns)
 
     def check(self, goal: Goal, obstacles: tuple[Obstacle, ...]) -> None:

@@ -12,6 +12,7 @@ from lariat.rod import (
     RodProperties,
     RolloutSpec,
     add_turns,
+    connected,
     count_turns,
     count_turns_along,
 )
@@ -56,3 +57,21 @@ def test_a_loop_takes_the_turn_of_twist_that_made_it(rod: Rod, count: int) -> No
     assert count_turns(looped) == 0
     assert count_turns_along(twisted, looped.positions) == 0
     assert count_turns_along(looped, twisted.positions) == count
+
+
+def test_ends_that_change_places_without_rotating_leave_a_turn_in_the_rod(rod: Rod) -> None:
+    start = rod.rest(*GRIPS).state
+    flat = rod.rest(*GRIPS[::-1]).state
+    assert count_turns(flat) == 0
+    reached = [k for k in range(-2, 3) if connected(start, add_turns(flat, k))]
+    assert reached == [-1, 1]
+    # They pass each other at a distance of 0.1 m.
+    half = np.pi * np.arange(101) / 100
+    left = np.stack([-0.17 * np.cos(half), -0.05 * np.sin(half), np.zeros(101)], axis=1)
+    actions = np.zeros((100, 2, 6))
+    actions[:, 0, :3] = np.diff(left, axis=0) / 0.05
+    actions[:, 1, :3] = -actions[:, 0, :3]
+    moved = rod.rollout(RolloutSpec(start, actions, 0.05)).final
+    assert connected(start, moved)
+    rest = rod.rest(*GRIPS[::-1], guess=moved).state
+    assert abs(count_turns(rest)) == 1

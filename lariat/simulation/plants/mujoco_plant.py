@@ -25,8 +25,8 @@ log = logging.getLogger(__name__)
 
 REST_SPEED = 2e-5
 """Mean speed of every node between two checks below which the rope counts as at rest [m/s]."""
-SETTLING_DAMPING = 8.0
-"""Least damping while the rope settles at a reset, force per velocity and mass [1/s]."""
+SETTLING_DAMPING = 5.0
+"""Least damping while the rope settles, over the rate of a pendulum of its length [-]."""
 MIN_SETTLING_TIME = 0.5
 """Least time for which the rope settles at a reset [s]."""
 MAX_SETTLING_TIME = 8.0
@@ -236,7 +236,8 @@ class MujocoPlant:
 
     def _settle(self) -> None:
         # More damping while the rope settles, so that it does not swing for long.
-        self._damping = max(self._rope.rope.damping, SETTLING_DAMPING)
+        rate = math.sqrt(-self._model.opt.gravity[2] / self._rope.rope.length)
+        self._damping = max(self._rope.rope.damping, SETTLING_DAMPING * rate)
         reach = REST_SPEED * STEPS_PER_CHECK * self._timestep
         nodes = self.nodes
         for _ in range(round(MAX_SETTLING_TIME / (STEPS_PER_CHECK * self._timestep))):

@@ -205,7 +205,7 @@ def _fitted(count: int, photographs: Path | None, diagram: Path | None) -> int:
         row = f"rendered, {ground}" if cables else "rendered, none"
         rendered.append(calibration.sample(row, picture.color, picture.labels))
     labelled = [] if photographs is None else list(taken(photographs))
-    real = [calibration.sample(*p) for p in labelled]
+    real = [calibration.sample(*p, complete=False) for p in labelled]
     print(file=sys.stderr)
     groups = [[s for s in group if s is not None] for group in (rendered, real)]
     # Photographs weigh as much as all rendered pictures.

@@ -40,7 +40,9 @@ class Sample:
     right: Bool[np.ndarray, "n m"]
     """Whether a line is the one of a true rope."""
     background: Bool[np.ndarray, "m"]
-    """Whether a line is no rope."""
+    """Whether a line is on no label."""
+    known: Bool[np.ndarray, "m"]
+    """Whether the labels tell what a line is."""
     fragment_count: int
     """Number of fragments."""
     seen: Float64[np.ndarray, "k"]
@@ -54,7 +56,8 @@ class Sample:
         missing = float(np.sum(self.seen) - np.sum(self.seen[kept + 1]))
         features = p_wrong.image_features(ropes, others, self.fragment_count, missing)
         worst = max((p_wrong.p_wrong(r) for r in ropes), default=0.0)
-        whole = len(kept) == len(self.right) and bool(np.all(self.right[:, kept].any(axis=1)))
+        count = np.count_nonzero(self.known[kept])
+        whole = count == len(self.right) and bool(np.all(self.right[:, kept].any(axis=1)))
         return features, worst, not whole
 
 
@@ -90,9 +93,19 @@ class Stated:
 
 
 def sample(
-    row: str, picture: UInt8[np.ndarray, "h w 3"], labels: UInt8[np.ndarray, "h w"]
+    row: str,
+    picture: UInt8[np.ndarray, "h w 3"],
+    labels: UInt8[np.ndarray, "h w"],
+    complete: bool = True,
 ) -> Sample | None:
-    """Return the lines of a picture with the truth about them; None where nothing is seen."""
+    """Return the lines of a picture with the truth about them; None where nothing is seen.
+
+    Args:
+        row: Kind of pictures that it belongs to.
+        picture: Red, green, blue.
+        labels: 0 at the background, k at rope k.
+        complete: Whether ropes that the border cuts off have labels, too.
+    """
     foreground = next(iter(find_foregrounds(picture)), None)
     if foreground is None:
         return None
@@ -104,11 +117,15 @@ def sample(
     near = cv2.dilate(shown, np.ones((5, 5), np.uint8))
     sure = near[foreground.log_odds > detector.SURE_LOG_ODDS]
     seen = np.bincount(sure, minlength=len(candidates.lines) + 1) / foreground.width**2
+    lines = [r.features for r in candidates.lines]
+    background = on_rope < MIN_ROPE_SHARE
+    cut_off = np.array([line.cut_off > 0.0 for line in lines], bool)
     return Sample(
         row,
-        [r.features for r in candidates.lines],
+        lines,
         right,
-        on_rope < MIN_ROPE_SHARE,
+        background,
+        ~(background & cut_off) | complete,
         candidates.fragment_count,
         seen,
     )
@@ -120,10 +137,11 @@ def fit(samples: Iterable[Sample], weights: Iterable[float]) -> Coefficients:
     features = np.array([astuple(r) for s in samples for r in s.lines])
     weight = np.array([w for s, w in zip(samples, weights, strict=True) for _ in s.lines])
     background = np.concatenate([s.background for s in samples])
+    known = np.concatenate([s.known for s in samples])
     # Where lines lead is learnt from ropes.
     ropes = ~background
     wrong = ~np.concatenate([s.right.any(axis=0) for s in samples])
-    first = fit_logistic(features, background, weight, RIDGE)
+    first = fit_logistic(features[known], background[known], weight[known], RIDGE)
     second = fit_logistic(features[ropes], wrong[ropes], weight[ropes], RIDGE)
     Coefficients(first, second, p_wrong.IMAGE_COEFFICIENTS).use()
     answers = [s.answer() for s in samples]

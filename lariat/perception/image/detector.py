@@ -245,7 +245,7 @@ def _rope_features(
         contrasts.append(float(np.median(np.linalg.norm(here - beside, axis=1))))
         shadows.append(float(np.mean(could_be_shadow(here, beside))))
     size = np.array(lab.shape[1::-1]) - 1.0
-    from_border = np.minimum(line.pixels, size - line.pixels).min(axis=1)
+    at_border = np.minimum(line.pixels, size - line.pixels).min(axis=1) < width
     return RopeFeatures(
         length=float(np.log(len(found.points) / width)),
         unevenness=float(np.std(radii) / np.mean(radii)),
@@ -255,7 +255,8 @@ def _rope_features(
         hidden=1.0 - float(np.mean(found.clear)),
         shadow=max(shadows),
         unseen=-float(np.mean(log_odds)),
-        at_border=float(np.mean(from_border < width)),
+        at_border=float(np.mean(at_border)),
+        cut_off=float(np.any(at_border[[0, -1]]) and np.mean(at_border) < 0.5),
         relative_width=float(np.log(width / usual_width)),
     )
 

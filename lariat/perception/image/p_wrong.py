@@ -27,34 +27,36 @@ MAX_MARGIN = 2.0
 MAX_LOG_ODDS = 6.0
 """Limit of the log odds of a rope among the features of its image [-]."""
 BACKGROUND_COEFFICIENTS = (
-    4.4815,
-    -1.5759,
-    2.6240,
-    1.7564,
-    0.1909,
-    0.2243,
-    1.7845,
-    1.0615,
-    0.7563,
-    3.3955,
-    -0.4914,
+    5.1372,
+    -1.5086,
+    1.1782,
+    2.0305,
+    -0.0380,
+    0.2507,
+    1.4752,
+    1.3083,
+    0.7653,
+    3.1092,
+    -2.3518,
+    -0.3692,
 )
 """Intercept, and one coefficient for each feature of a line, of the odds that it is no rope."""
 ROPE_COEFFICIENTS = (
-    3.1265,
-    -0.4614,
-    13.8078,
-    0.1438,
-    2.3567,
-    -1.6436,
-    4.4358,
-    -3.4451,
-    -0.3781,
-    -0.7955,
-    -0.9487,
+    4.4978,
+    -0.6803,
+    12.8336,
+    0.4455,
+    2.2178,
+    -1.5930,
+    3.9800,
+    -3.2767,
+    -0.3230,
+    0.2557,
+    -0.7493,
+    -1.0481,
 )
 """The same of the odds that it is not exactly one whole rope."""
-IMAGE_COEFFICIENTS = (-1.0711, 0.4910, 0.1164, -1.8483, 0.1648, 1.4999, -0.2185, -1.0948, 0.4423)
+IMAGE_COEFFICIENTS = (-0.8976, 0.2463, 0.2888, -0.9689, 0.0850, 1.6414, 0.2565, -3.2286, 0.1867)
 """Intercept, and one coefficient for each feature of an image."""
 
 
@@ -80,6 +82,8 @@ class RopeFeatures:
     """Mean of minus the network's log odds along its axis, limited."""
     at_border: float
     """Share of its axis that lies beside the image's border, 0..1."""
+    cut_off: float
+    """1 where an end, but not most of it, lies at the image's border, which cuts it off; else 0."""
     relative_width: float
     """Logarithm of its width, relative to that of most of the foreground."""
 

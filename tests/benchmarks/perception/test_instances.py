@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks.perception.instances import bench
-from benchmarks.perception.instances.calibration import fit_logistic
+from benchmarks.perception.instances.calibration import fit_logistic, sample
 from benchmarks.perception.instances.judgement import dice_matrix, right_lines
 from benchmarks.perception.pictures.generators import rendered_picture
 from benchmarks.tables import PrintOptions
@@ -73,6 +73,21 @@ def test_a_line_that_goes_on_beyond_a_rope_is_not_right() -> None:
     right, on_rope = right_lines(labels, [rope(90.0), rope(180.0)])
     assert right.tolist() == [[True, False]]
     assert on_rope[1] < 0.6
+
+
+def test_a_rope_without_label_that_the_border_cuts_off_is_not_taken_for_ground() -> None:
+    picture = rendered_picture(1, 2, "plain")
+    one = (picture.labels == 1).astype(np.uint8)
+    complete, real = (sample("", picture.color, one, complete=c) for c in (True, False))
+    assert complete is not None
+    assert real is not None
+    assert complete.known.all()
+    cut_off = np.array([line.cut_off for line in real.lines]) > 0.0
+    assert np.array_equal(~real.known, real.background & cut_off)
+    assert not real.known.all()
+    right = real.right.any(axis=0)
+    assert right.sum() == 1
+    assert real.known[right].all()
 
 
 def test_folder_without_labels_is_refused(tmp_path: Path) -> None:

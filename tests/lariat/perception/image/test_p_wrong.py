@@ -23,6 +23,7 @@ SURE = RopeFeatures(
     shadow=0.0,
     unseen=-3.9,
     at_border=0.0,
+    cut_off=0.0,
     relative_width=0.0,
 )
 
@@ -35,6 +36,11 @@ def test_a_sure_rope_is_no_background_and_right() -> None:
 @pytest.mark.parametrize("change", [{"at_border": 1.0}, {"hidden": 0.6}, {"unseen": 2.0}])
 def test_borders_and_what_is_hardly_seen_are_likelier_background(change: dict[str, float]) -> None:
     assert p_background(replace(SURE, **change)) > p_background(SURE)
+
+
+def test_a_short_line_is_likelier_a_rope_where_the_border_cuts_it_off() -> None:
+    short = replace(SURE, length=2.0)
+    assert p_background(replace(short, cut_off=1.0)) < 0.5 * p_background(short)
 
 
 @pytest.mark.parametrize("change", [{"unevenness": 0.6}, {"loose_ends": 2.0}, {"hidden": 0.4}])

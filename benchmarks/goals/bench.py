@@ -77,6 +77,7 @@ def run(
       lariat bench goals --latency 20 30 60 100
       lariat bench goals --scene easy --method gauss_newton mypackage.control:Mine --planner none
       lariat bench goals --sensing camera --perception ridge mypackage.vision:Mine
+      lariat bench goals --scene arms --sensing camera --plant mujoco --time-limit 15
       lariat bench goals --scene hard boxes rotating slot --count 250 --clearance 4
 
     Args:

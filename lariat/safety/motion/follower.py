@@ -29,6 +29,7 @@ from lariat.trajectory import (
     MotionState,
     SetpointChunk,
     Spline,
+    mean_twists,
 )
 from lariat.trajectory.limits import norms
 
@@ -176,11 +177,11 @@ class SetpointFollower:
         # The motion is known at the last tick, not when a message happens to arrive.
         now = self._time or now
         target = spline(now)
-        gap = norms(target.positions - self.state.positions)
-        slip = norms(target.twists[:, 0] - self.state.twists[:, 0])
-        limit = self.limits.acceleration
+        gap = mean_twists(target, self.state, 1.0)
+        slip = self.state.twists - target.twists
+        limit = self.limits.acceleration_bounds
         # A quintic offset of size d takes accelerations of up to 5.8 d / T^2, half of the limit.
-        durations = np.maximum(np.sqrt(11.5 * gap / limit), 4.0 * slip / limit)
+        durations = np.maximum(np.sqrt(11.5 * norms(gap) / limit), 4.0 * norms(slip) / limit)
         least, most = self.settings.blend_time
         duration = min(max(float(durations.max(initial=0.0)), least), most)
         self._reference = self._blend(spline, self.state, now, duration)

@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lariat.geometry import poses
 from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
@@ -35,6 +36,15 @@ def chunk(to: tuple[float, float, float], seconds: float = 1.0) -> SetpointChunk
     positions = REST + share * (np.array([[to]]) - REST)
     orientations = np.broadcast_to(ALONG_X, (*positions.shape[:-1], 4)).copy()
     return SetpointChunk(NOW, 0.02, positions, orientations)
+
+
+def rotation(angle: float, seconds: float) -> SetpointChunk:
+    """Smooth rotation of the right grip about the vertical."""
+    times = 0.02 * np.arange(round(seconds / 0.02) + 3)
+    share = np.array([smooth_step(t, seconds) for t in times])[:, None, None]
+    turned = poses.exponential(angle * share * np.array([0.0, 0.0, 1.0]))
+    orientations = poses.multiply(turned, np.broadcast_to(ALONG_X, turned.shape))
+    return SetpointChunk(NOW, 0.02, np.broadcast_to(REST, (len(times), 1, 3)).copy(), orientations)
 
 
 def stepped(made: SetpointFollower, seconds: float, brake: bool = False) -> list[str | None]:
@@ -110,6 +120,26 @@ def test_braking_keeps_the_chunk_so_that_the_next_one_takes_over() -> None:
     made.step(NOW + 500_000_000, NOW + 580_000_000, brake=True)
     assert np.linalg.norm(made.state.twists[0, 0]) < before
     assert made.following
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_chunks_of_a_rotation_take_over_within_its_limits(compiled: bool) -> None:
+    # A transition that is too short for the limit on angular acceleration makes the command
+    # overshoot, and the next chunk takes over from there: it swings about the chunks.
+    made = follower()
+    if compiled:
+        made.compile()
+    turning = rotation(0.7, 1.0)
+    made.follow(made.check(turning, NOW), NOW)
+    angles = []
+    for k in range(250):
+        now = NOW + k * TICK
+        if k % 3 == 0:
+            made.follow(made._spline(turning, NOW), now)
+        # The command falls behind once.
+        made.step(now, now + TICK, brake=60 <= k < 75)
+        angles.append(made.lag(now + TICK)[1])
+    assert max(angles[150:]) < 1e-3
 
 
 def test_lag_is_the_distance_from_the_chunk() -> None:

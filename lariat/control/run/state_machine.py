@@ -39,7 +39,7 @@ class RunEvent(Enum):
     SETTLE = auto()
     """The rope rests within tolerance of the goal."""
     LEAVE_GOAL = auto()
-    """The rope has left the goal while the arms did not follow."""
+    """The rope has left the goal and is not led back."""
     GIVE_UP = auto()
     """The goal cannot be reached."""
 

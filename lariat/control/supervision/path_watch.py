@@ -224,6 +224,8 @@ class PathWatch:
             return
         self._end_since = self._end_since or now
         late = now - self._end_since > STALL_TIME
+        if late:
+            self.released()
         resting = progress.resting(now)
         if task.state is not RunState.RUNNING or not (resting or late):
             return
@@ -251,9 +253,9 @@ class PathWatch:
         return held == clip_names(route)
 
     def released(self) -> None:
-        """Leave the reached state when the rope has left the goal while the arms hold.
+        """Leave the reached state when the rope has left the goal and is not led back.
 
-        An arm may have been moved by hand, or replaced: the rope is not led back without a start.
+        While the arms hold, one may have been moved by hand, or replaced: that needs a start.
         """
         error = self._progress.error
         limit = LEAVE_ERROR * self._progress.tolerance

@@ -122,6 +122,18 @@ def test_reached_run_ends_when_the_rope_leaves_the_goal_while_the_arms_hold(
     assert (run.task.state, run.task.reason.code) == (RunState.IDLE, ReasonCode.LEFT_GOAL)
 
 
+def test_reached_run_ends_when_control_does_not_lead_the_rope_back(run: Run) -> None:
+    watch = watch_of(run)
+    run.progress.at_goal = True
+    watch.judge(3 * SECOND, path(), at_end=True)
+    run.progress.at_goal, run.progress.error = False, 0.010
+    watch.judge(4 * SECOND, path(), at_end=True)
+    watch.judge(9 * SECOND, path(), at_end=True)
+    assert run.task.state is RunState.REACHED
+    watch.judge(9 * SECOND + 1, path(), at_end=True)
+    assert (run.task.state, run.task.reason.code) == (RunState.IDLE, ReasonCode.LEFT_GOAL)
+
+
 def test_stalled_run_asks_for_two_paths_then_fails(run: Run) -> None:
     watch = watch_of(run)
     now = 2 * SECOND

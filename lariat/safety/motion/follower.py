@@ -44,8 +44,8 @@ class FollowerSettings:
     """Speed up to which the command counts as arrived [m/s, rad/s]."""
     arrival_samples: int = 8
     """Number of intervals at which the rest of a chunk is sampled for further motion."""
-    blend_time: tuple[float, float] = (0.06, 0.3)
-    """Least and most time in which a chunk takes over from the motion before it [s]."""
+    min_blend_time: float = 0.06
+    """Least time in which a chunk takes over from the motion before it [s]."""
 
 
 class SetpointFollower:
@@ -181,9 +181,9 @@ class SetpointFollower:
         slip = self.state.twists - target.twists
         limit = self.limits.acceleration_bounds
         # A quintic offset of size d takes accelerations of up to 5.8 d / T^2, half of the limit.
+        # Beyond the limit the command would overshoot, from where the next chunk takes over.
         durations = np.maximum(np.sqrt(11.5 * norms(gap) / limit), 4.0 * norms(slip) / limit)
-        least, most = self.settings.blend_time
-        duration = min(max(float(durations.max(initial=0.0)), least), most)
+        duration = float(durations.max(initial=self.settings.min_blend_time))
         self._reference = self._blend(spline, self.state, now, duration)
 
     def halt(self) -> None:

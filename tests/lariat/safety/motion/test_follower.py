@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,8 @@ from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from lariat.safety.constraints.motion_constraints import CellBoundaries
 from lariat.safety.motion.follower import SetpointFollower
-from lariat.safety.motion.validation import ChunkRefused
+from lariat.safety.motion.validation import ChunkRefused, gap
+from lariat.scenario.sections import Limits
 from lariat.trajectory import SetpointChunk
 from tests.services.robot_gateway.cells import ALONG_X, LIMITS, smooth_step
 
@@ -22,9 +25,9 @@ BOUNDARIES = CellBoundaries(
 )
 
 
-def follower(*obstacles: Obstacle) -> SetpointFollower:
+def follower(*obstacles: Obstacle, limits: Limits = LIMITS) -> SetpointFollower:
     """A follower whose left end is fixed."""
-    made = SetpointFollower(LIMITS, BOUNDARIES, STARTS, driven=[1])
+    made = SetpointFollower(limits, BOUNDARIES, STARTS, driven=[1])
     made.constraints.replace_obstacles([TABLE, *obstacles])
     return made
 
@@ -123,23 +126,24 @@ def test_braking_keeps_the_chunk_so_that_the_next_one_takes_over() -> None:
 
 
 @pytest.mark.parametrize("compiled", [False, True])
-def test_chunks_of_a_rotation_take_over_within_its_limits(compiled: bool) -> None:
-    # A transition that is too short for the limit on angular acceleration makes the command
-    # overshoot, and the next chunk takes over from there: it swings about the chunks.
-    made = follower()
+@pytest.mark.parametrize(("acceleration", "seconds"), [(6.0, 1.0), (0.7, 2.43)])
+def test_command_that_fell_behind_a_rotation_catches_up_and_stays(
+    acceleration: float, seconds: float, compiled: bool
+) -> None:
+    limits = replace(LIMITS, angular_acceleration=acceleration, angular_jerk=15.0 * acceleration)
+    made = follower(limits=limits)
     if compiled:
         made.compile()
-    turning = rotation(0.7, 1.0)
-    made.follow(made.check(turning, NOW), NOW)
+    turning = made._spline(rotation(0.7, seconds), NOW)
     angles = []
-    for k in range(250):
+    for k in range(600):
         now = NOW + k * TICK
         if k % 3 == 0:
-            made.follow(made._spline(turning, NOW), now)
-        # The command falls behind once.
+            made.follow(turning, now)
         made.step(now, now + TICK, brake=60 <= k < 75)
-        angles.append(made.lag(now + TICK)[1])
-    assert max(angles[150:]) < 1e-3
+        angles.append(gap(made.state, turning(now + TICK))[1])
+    assert max(angles) < 0.14
+    assert max(angles[450:]) < 1e-3
 
 
 def test_lag_is_the_distance_from_the_chunk() -> None:

@@ -43,3 +43,21 @@ def test_two_arms_bring_the_rope_to_its_goal_together():
     left, right = moving["left"], moving["right"]
     assert len(left) > 100
     assert len(left & right) > 0.9 * len(left | right)
+
+
+def test_arms_that_rotate_the_ends_come_to_rest_at_the_goal() -> None:
+    settings = (
+        "ends.left.rotates=true",
+        "ends.right.rotates=true",
+        # Turned by 0.6 rad about the vertical, inwards and outwards.
+        "goal.left_orientation=[0.33, 0.33, 0.6255, 0.6255]",
+        "goal.right_orientation=[0.6255, 0.6255, 0.33, 0.33]",
+        "plant.model=mujoco",
+        "run.time_limit=5.0",
+        "sensing.source=truth",
+    )
+    outcome = closed_loop.run(load_with(SCENARIOS / "two-arms.toml", settings))
+    assert outcome.score.reached, outcome.reason
+    late = outcome.nodes[outcome.times > 4.0]
+    swing = np.linalg.norm(late - late.mean(axis=0), axis=2)
+    assert swing.max() < 1e-3

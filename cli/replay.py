@@ -7,6 +7,7 @@ import os
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -108,6 +109,10 @@ def main(
         results = replay(recording, scenario, names, console, None if service else skipped)
         if update:
             _update(recording, scenario, results)
+            updated = Recording.open(file)
+            heard = tuple(n for n in traced_services(updated) if n in services.LISTENERS)
+            if heard:
+                _update(updated, scenario, replay(updated, scenario, heard, console))
     if json:
         print(jsons.dumps(_as_json(recording, results, skipped, start)))
     else:
@@ -180,27 +185,21 @@ def _update(recording: Recording, scenario: Scenario, results: list[ReplayResult
                 f"--update replaces fields of recorded messages, but {d.topic} #{d.sequence} of "
                 f"{result.session} has no counterpart ({KINDS[d.kind]}); record the run anew"
             )
-    sessions = {r.session: {*r.compared} for r in results}
-    kept = [
-        entry
-        for entry in recording.messages()
-        if entry.key not in sessions.get(entry.publisher, ())
-    ]
-    # A message that the recording lacks was still under way when it ended.
-    recorded = {(e.key, e.publisher, e.sequence) for e in recording.messages()}
-    again = [
-        entry
+    again = {
+        (entry.key, entry.publisher, entry.sequence): entry.payload
         for result in results
         for entry in result.outputs
-        if (entry.key, entry.publisher, entry.sequence) in recorded
-    ]
-    entries = sorted([*kept, *again], key=lambda entry: entry.log_time)
+    }
     path = recording.path.with_name(recording.path.name + ".new")
     path.unlink(missing_ok=True)
     about = {k: v for k, v in recording.metadata.items() if k not in ("version", "commit")}
-    writer = Writer(path, scenario, entries[0].log_time, about)
-    for e in entries:
-        writer.write(e.topic, e.payload, e.publisher, e.sequence, e.log_time)
+    entries = recording.messages()
+    first = next(entries)
+    writer = Writer(path, scenario, first.log_time, about)
+    # Each in its place: the order of the file says what recorder and dashboard knew at each step.
+    for e in chain([first], entries):
+        payload = again.get((e.key, e.publisher, e.sequence), e.payload)
+        writer.write(e.topic, payload, e.publisher, e.sequence, e.log_time, e.publish_time)
     writer.close()
     os.replace(path, recording.path)
 

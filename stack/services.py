@@ -10,7 +10,9 @@ from shared.runtime.service import Service
 
 NAMES = ("sim", "perception", "planner", "controller", "robot_gateway")
 """Services of the closed loop, in the direction of the data."""
-ALL = ("camera", *NAMES, "recorder", "dashboard")
+LISTENERS = ("recorder", "dashboard")
+"""Services whose outputs follow from the messages of all others."""
+ALL = ("camera", *NAMES, *LISTENERS)
 """All services of a cell."""
 
 

@@ -6,6 +6,7 @@ there.
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -40,6 +41,19 @@ def test_a_service_publishes_what_it_published_in_the_reference(
     assert result.differences[:3] == []
     assert result.notes == []
     assert sum(result.compared.values()) >= 2
+
+
+def test_an_updated_reference_keeps_its_messages_in_their_order(tmp_path: Path):
+    path = tmp_path / "requests.mcap"
+    shutil.copy(FOLDER / path.name, path)
+
+    def places(file: Path) -> list[tuple[str, str, int, int, int]]:
+        messages = Recording.open(file).messages()
+        return [(e.key, e.publisher, e.sequence, e.log_time, e.publish_time) for e in messages]
+
+    assert replay.main(path, service=("sim", "dashboard"), update=True) == 0
+    assert places(path) == places(FOLDER / path.name)
+    assert replay.main(path, service=("recorder", "dashboard")) == 0
 
 
 def test_the_references_cover_every_service():

@@ -37,6 +37,7 @@ reuse the factors of the last Newton step.
     energy                   inertia, weight, stretch, bending
     plasticity               set of bends, in layers that yield
     contact_penalty          p, the penalty of contact
+    signed_distance          distance from obstacles, with derivatives
     friction                 Coulomb friction on obstacles
     obstacle_contact         signed distance and contact with obstacles
     self_contact             contact of the rod with itself

@@ -1,13 +1,11 @@
-"""Contact with obstacles: signed distance, and energy, gradient and Hessian of the penalty.
+"""Contact with obstacles: energy, gradient and Hessian of the penalty.
 
 Every edge has evenly spaced samples x_s, each of which stands for a share l / count of its length:
 
     sum over samples  l / count p(reach - distance(x_s)),  reach = radius of the rod + margin.
 
-The signed distance, its normal and its curvature are those of
-`lariat.geometry.obstacles.signed_distance`, for a row of `ObstacleRow`. An obstacle is skipped when
-the box around the rod is out of reach of it, an edge when its middle is too far away for any of its
-points to be in reach.
+An obstacle is skipped when the box around the rod is out of reach of it, an edge when its middle is
+too far away for any of its points to be in reach.
 """
 
 from lariat.kernel_cache.language import ti
@@ -16,6 +14,7 @@ from lariat.rod.kernels.contact_penalty import contact_penalty
 from lariat.rod.kernels.friction import friction_energy, update_slips
 from lariat.rod.kernels.memory import add, add33, load3, load33, store, store33
 from lariat.rod.kernels.self_contact import self_contacts
+from lariat.rod.kernels.signed_distance import local_distance
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33
 from lariat.rod.launch.codes import FrictionMode, HessianPart, Task
 from lariat.rod.launch.layout import (
@@ -44,8 +43,6 @@ def obstacle_contacts(
     real: ti.f64,
 ) -> ti.f64:
     """Add energy, gradient and Hessian of contact with obstacles, at samples of every edge.
-
-    The signed distance is written out here, since inlined functions cannot branch.
 
     Args:
         arg: `HessianPart` to add; the positive one is semidefinite.
@@ -99,110 +96,8 @@ def obstacle_contacts(
                         s = ti.select(j < 0, 0.5, (j + 0.5) / samples)
                         point = start + s * (stop - start)
                         p = rotation.transpose() @ (point - place)
-                        distance = 0.0
-                        normal = ti.Vector([0.0, 0.0, 1.0])
-                        curvature = ti.Matrix.zero(ti.f64, 3, 3)
-                        if shape == ShapeCode.CYLINDER:
-                            rho = ti.sqrt(p[0] * p[0] + p[1] * p[1]) + 1e-15
-                            side = 1.0
-                            if p[2] < 0.0:
-                                side = -1.0
-                            radial = ti.Vector([p[0] / rho, p[1] / rho, 0.0])
-                            around = ti.Vector([-p[1] / rho, p[0] / rho, 0.0])
-                            axial = ti.Vector([0.0, 0.0, side])
-                            a = rho - size[0]
-                            b = ti.abs(p[2]) - size[1]
-                            if a > 0.0 and b > 0.0:
-                                distance = ti.sqrt(a * a + b * b)
-                                normal = (a * radial + b * axial) / distance
-                                over = (b * radial - a * axial) / distance
-                                curvature = (a / (distance * rho)) * around.outer_product(around)
-                                curvature += over.outer_product(over) / distance
-                            elif a > b:
-                                distance = a
-                                normal = radial
-                                curvature = around.outer_product(around) / rho
-                            else:
-                                distance = b
-                                normal = axial
-                        elif shape == ShapeCode.BOX:
-                            outside = ti.Vector([0.0, 0.0, 0.0])
-                            active = ti.Vector([0.0, 0.0, 0.0])
-                            deepest = -1e30
-                            face = ti.Vector([0.0, 0.0, 1.0])
-                            for c in ti.static(range(3)):
-                                excess = ti.abs(p[c]) - size[c]
-                                side = 1.0
-                                if p[c] < 0.0:
-                                    side = -1.0
-                                if excess > 0.0:
-                                    outside[c] = side * excess
-                                    active[c] = 1.0
-                                if excess > deepest:
-                                    deepest = excess
-                                    face = ti.Vector([0.0, 0.0, 0.0])
-                                    face[c] = side
-                            if deepest > 0.0:
-                                distance = outside.norm()
-                                normal = outside / distance
-                                curvature = -normal.outer_product(normal)
-                                for c in ti.static(range(3)):
-                                    curvature[c, c] += active[c]
-                                curvature /= distance
-                            else:
-                                distance = deepest
-                                normal = face
-                        elif shape == ShapeCode.CONE:
-                            rho = ti.sqrt(p[0] * p[0] + p[1] * p[1]) + 1e-15
-                            radial = ti.Vector([p[0] / rho, p[1] / rho, 0.0])
-                            around = ti.Vector([-p[1] / rho, p[0] / rho, 0.0])
-                            axial = ti.Vector([0.0, 0.0, 1.0])
-                            slant = ti.sqrt(size[0] * size[0] + 4.0 * size[1] * size[1])
-                            outward_z = size[0] / slant
-                            outward_rho = 2.0 * size[1] / slant
-                            a = rho - size[0]
-                            b = p[2] + size[1]
-                            beyond = outward_rho * a + outward_z * b
-                            up = outward_rho * b - outward_z * a
-                            if (ti.max(beyond, -b) <= 0.0 and -b > beyond) or (
-                                b < 0.0 and a <= 0.0
-                            ):
-                                distance = -b
-                                normal = -axial
-                            elif up <= 0.0 and ti.max(beyond, -b) > 0.0:
-                                distance = ti.sqrt(a * a + b * b)
-                                normal = (a * radial + b * axial) / distance
-                                over = (b * radial - a * axial) / distance
-                                curvature = (a / (distance * rho)) * around.outer_product(around)
-                                curvature += over.outer_product(over) / distance
-                            elif up >= slant and beyond > 0.0:
-                                off = p - ti.Vector([0.0, 0.0, size[1]])
-                                distance = off.norm()
-                                normal = off / distance
-                                curvature = ti.Matrix.identity(ti.f64, 3) - normal.outer_product(
-                                    normal
-                                )
-                                curvature /= distance
-                            else:
-                                distance = beyond
-                                normal = outward_rho * radial + outward_z * axial
-                                curvature = (outward_rho / rho) * around.outer_product(around)
-                        elif shape == ShapeCode.HALF_SPACE:
-                            normal = size
-                            distance = p.dot(normal)
-                        else:
-                            half = 0.0
-                            if shape == ShapeCode.CAPSULE:
-                                half = size[1]
-                            axis = ti.min(ti.max(p[2], -half), half)
-                            off = p - ti.Vector([0.0, 0.0, axis])
-                            rho = off.norm() + 1e-15
-                            distance = rho - size[0]
-                            normal = off / rho
-                            curvature = ti.Matrix.identity(ti.f64, 3) - normal.outer_product(normal)
-                            if shape == ShapeCode.CAPSULE and ti.abs(p[2]) < half:
-                                curvature[2, 2] -= 1.0
-                            curvature /= rho
+                        there = local_distance(shape, size, p)
+                        distance, normal, curvature = there.distance, there.normal, there.hessian
                         depth = reach - distance
                         if j < 0:
                             near = distance < bound

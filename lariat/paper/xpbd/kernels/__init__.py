@@ -6,7 +6,6 @@ Files, in reading order:
     step              prediction, sweeps, velocities
     constraints       corrections of stretch, bend and contact, and their adjoints
     collision         entries of nodes into obstacles
-    signed_distance   distance from obstacles, with derivatives
     adjoint           the step backwards
     quaternions       products of quaternions
     addressing        offsets in the two arrays

@@ -8,7 +8,6 @@ negative.
 
 from lariat.kernel_cache.language import ti
 from lariat.paper.xpbd.kernels.addressing import place, scalar
-from lariat.paper.xpbd.kernels.signed_distance import signed_distance
 from lariat.paper.xpbd.launch.layout import (
     CONTACT_WIDTH,
     CONTACTS_PER_NODE,
@@ -17,6 +16,7 @@ from lariat.paper.xpbd.launch.layout import (
     Section,
 )
 from lariat.rod.kernels.memory import add, load3, store
+from lariat.rod.kernels.signed_distance import signed_distance
 from lariat.rod.launch.layout import OBSTACLE_WIDTH, ObstacleRow
 
 SURFACE_TOLERANCE = 1e-13

@@ -1,6 +1,6 @@
-"""Signed distance from an obstacle with its derivatives, inside the kernel.
+"""Signed distance from an obstacle with its derivatives, inside of kernels.
 
-The same as `lariat.geometry.obstacles.signed_distance`, for a row of `ObstacleRow`.
+The same as `lariat.geometry.obstacles.signed_distance`.
 """
 
 from lariat.kernel_cache.language import ti
@@ -8,19 +8,22 @@ from lariat.rod.kernels.memory import load3, load33
 from lariat.rod.launch.layout import ObstacleRow
 from lariat.shapes import ShapeCode
 
+Vector = ti.types.vector(3, ti.f64)
+Distance = ti.types.struct(distance=ti.f64, normal=Vector, hessian=ti.types.matrix(3, 3, ti.f64))
+"""Signed distance [m], its gradient and its Hessian [1/m]."""
 
-@ti.func
-def signed_distance(w: ti.template(), row, point):
-    """Signed distance of a point from an obstacle, its gradient and its Hessian, world frame.
+
+@ti.real_func
+def local_distance(shape: ti.i32, size: Vector, p: Vector) -> Distance:
+    """Signed distance of a point from an obstacle, its gradient and its Hessian, in its frame.
+
+    A real function: those that are inlined into real functions cannot branch.
 
     Args:
-        row: Offset of the obstacle's `ObstacleRow`.
-        point: Point in the world frame [m].
+        shape: `ShapeCode`.
+        size: Sizes of `ObstacleRow`.
+        p: Point in the obstacle's frame [m].
     """
-    rotation = load33(w, row + ObstacleRow.ROTATION)
-    shape = ti.cast(w[row + ObstacleRow.SHAPE], ti.i32)
-    p = rotation.transpose() @ (point - load3(w, row + ObstacleRow.POSITION))
-    size = load3(w, row + ObstacleRow.SIZES)
     distance = 0.0
     normal = ti.Vector([0.0, 0.0, 1.0])
     hessian = ti.Matrix.zero(ti.f64, 3, 3)
@@ -114,4 +117,20 @@ def signed_distance(w: ti.template(), row, point):
         if shape == ShapeCode.CAPSULE and ti.abs(p[2]) < half:
             hessian[2, 2] -= 1.0
         hessian /= rho
-    return distance, rotation @ normal, rotation @ hessian @ rotation.transpose()
+    return Distance(distance=distance, normal=normal, hessian=hessian)
+
+
+@ti.func
+def signed_distance(w: ti.template(), row, point):
+    """Signed distance of a point from an obstacle, its gradient and its Hessian, world frame.
+
+    Args:
+        row: Offset of the obstacle's `ObstacleRow`.
+        point: Point in the world frame [m].
+    """
+    rotation = load33(w, row + ObstacleRow.ROTATION)
+    shape = ti.cast(w[row + ObstacleRow.SHAPE], ti.i32)
+    p = rotation.transpose() @ (point - load3(w, row + ObstacleRow.POSITION))
+    there = local_distance(shape, load3(w, row + ObstacleRow.SIZES), p)
+    hessian = rotation @ there.hessian @ rotation.transpose()
+    return there.distance, rotation @ there.normal, hessian

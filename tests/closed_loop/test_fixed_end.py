@@ -37,5 +37,5 @@ def test_the_fixed_end_stays_where_it_was(outcome: RunOutcome):
 
 
 def test_client_and_emulator_in_memory_are_deterministic():
-    settings = ("run.time_limit=1.0", "sensing.source=truth")
+    settings = ("run.time_limit=0.6", "sensing.source=truth")
     assert first_difference(messages(NAME, *settings), messages(NAME, *settings)) == ""

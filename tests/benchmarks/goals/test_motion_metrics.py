@@ -27,7 +27,7 @@ BASE = load("three-cylinders")
 KINDS: list[Kind] = ["hard", "boxes", "moving", "new-goal", "rotating"]
 
 
-SETTINGS = ("rope.node_count=16", "sensing.source=truth", "run.time_limit=2.5")
+SETTINGS = ("rope.node_count=16", "sensing.source=truth", "run.time_limit=1.5")
 
 
 @settings(max_examples=4, deadline=None, derandomize=True)

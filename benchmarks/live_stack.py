@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import secrets
 import signal
-import socket
 import subprocess
 import tempfile
 import time
@@ -14,6 +13,7 @@ from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from types import TracebackType
 
+from shared.runtime.free_port import free_port
 from stack import client
 from stack.client import Client
 from stack.launcher import module_entry
@@ -116,10 +116,3 @@ class LiveStack:
         except subprocess.TimeoutExpired:
             self._launcher.kill()
             self._launcher.wait()
-
-
-def free_port() -> int:
-    """Return a port of 127.0.0.1 that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]

@@ -12,11 +12,12 @@ from pathlib import Path
 
 from benchmarks.faults.arms import OBSERVED_SIDE, Arms
 from benchmarks.faults.joint_log import JointLog
-from benchmarks.live_stack import LiveStack, free_port
+from benchmarks.live_stack import LiveStack
 from benchmarks.operator import Operator
 from shared.bus import Unreachable
 from shared.messages import REACHED, RUNNING, ArmCommand, ArmStates, TaskRequest, goal_message
 from shared.runtime.clock import SystemClock
+from shared.runtime.free_port import free_port
 from stack import services
 from stack.approach import approach
 from stack.client import Cell, RequestFailed, connect

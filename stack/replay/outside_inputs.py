@@ -11,7 +11,6 @@
 
 from __future__ import annotations
 
-import socket
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,6 +24,7 @@ from shared import topics
 from shared.bus import RawMessage
 from shared.messages import ArmStates, grip_pose
 from shared.recording import Entry, Recording
+from shared.runtime.free_port import free_port
 from shared.runtime.service import Inbox, Publication, Service
 from stack import services
 from stack.replay.recorded_service import RecordedService, TracedStep
@@ -216,9 +216,3 @@ def _ask_again(outbox: Any, entry: Entry) -> None:
 def _answered_state(message: Any) -> ArmStates:
     """State of the gateway that a command or a sign of life answers."""
     return ArmStates(boot=message.boot, stamp=message.answers)
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]

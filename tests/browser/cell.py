@@ -40,9 +40,9 @@ from shared.messages import (
     TaskState,
     grip_pose,
 )
+from shared.runtime.free_port import free_port
 from shared.topics import Topic
 from tests.browser.chromium import opened
-from tests.browser.stack import free_port
 from tests.dashboard.stage import Stage, hanging
 
 SCENARIO = load("scenarios/three-cylinders.toml")

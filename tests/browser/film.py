@@ -17,11 +17,11 @@ import cv2
 import tyro
 
 from shared.recording import Recording
+from shared.runtime.free_port import free_port
 from shared.video import gif, video
 from shared.video.recorded_run import RecordedRun
 from shared.video.video import Picture, VideoSettings
 from tests.browser.chromium import opened
-from tests.browser.stack import free_port
 
 FILM = VideoSettings(size=(960, 540), rate=15)
 """Settings of the film."""

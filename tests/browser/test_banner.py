@@ -10,9 +10,9 @@ from playwright.sync_api import expect
 from dashboard.options import DashboardOptions
 from dashboard.service import build
 from shared.messages import ArmCommand
+from shared.runtime.free_port import free_port
 from tests.browser.cell import SCENARIO, Cell
 from tests.browser.chromium import NO_CHROMIUM, comes, opened
-from tests.browser.stack import free_port
 from tests.dashboard.stage import Stage
 
 pytestmark = NO_CHROMIUM

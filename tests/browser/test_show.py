@@ -14,8 +14,8 @@ from playwright.sync_api import Page, expect
 
 from lariat.arms.installation import kinematics_of
 from lariat.scenario import load
+from shared.runtime.free_port import free_port
 from tests.browser.chromium import NO_CHROMIUM, comes, on_screen, opened
-from tests.browser.stack import free_port
 from tests.cli.test_show import Silent, record
 from tests.dashboard.stage import Stage
 

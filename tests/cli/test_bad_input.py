@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from cli import __main__ as lariat
+from shared.runtime.free_port import free_port
 from stack import dependencies
 from stack.launcher import process
-from tests.shared.cell import free_port
 
 SCENARIO = """
 name = "test"

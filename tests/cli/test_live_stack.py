@@ -21,8 +21,9 @@ from benchmarks.child_processes import child_processes
 from shared import topics
 from shared.messages import REACHED, ArmStates
 from shared.recording import Recording
+from shared.runtime.free_port import free_port
 from stack.launcher import module_entry
-from tests.shared.cell import Cell, free_port, until
+from tests.shared.cell import Cell, until
 
 pytestmark = pytest.mark.live
 

@@ -28,6 +28,7 @@ from services.sim.service import build as build_sim
 from shared import topics
 from shared.ros2.node import Node, Publisher
 from shared.ros2.outputs import outputs
+from shared.runtime.free_port import free_port
 from shared.runtime.service import Inbox, Publication
 from shared.topics import Topic
 from stack import services
@@ -36,7 +37,7 @@ from stack.simulation.closed_loop import RunOutcome
 from stack.simulation.simulated_time import START, session_id
 from tests.closed_loop.loop import SCENARIOS
 from tests.services.robot_gateway.drivers.trajectory_controller import TrajectoryController
-from tests.shared.cell import free_port, until
+from tests.shared.cell import until
 
 CAMERA = "overhead"
 IMAGES = (topics.CAMERA_COLOR, topics.CAMERA_DEPTH, topics.CAMERA_CALIBRATION)

@@ -16,8 +16,9 @@ from dashboard.uploads import MAX_FILE_SIZE, Uploads
 from dashboard.web.site import Site
 from lariat.files.toml_text import parse_toml
 from shared.messages import ArmStates
+from shared.runtime.free_port import free_port
 from tests.dashboard.web.visitor import Visitor
-from tests.shared.cell import free_port, until
+from tests.shared.cell import until
 
 pytestmark = pytest.mark.live
 

@@ -30,9 +30,10 @@ from services.recorder.service import build as build_recorder
 from shared import topics
 from shared.messages import ArmCommand, Obstacle, SceneRequest, TaskRequest
 from shared.recording import Writer
+from shared.runtime.free_port import free_port
 from shared.runtime.service import Inbox, Publication
 from stack import services
-from stack.replay.outside_inputs import CAMERA_RECORDING, free_port
+from stack.replay.outside_inputs import CAMERA_RECORDING
 from stack.simulation import closed_loop
 from stack.simulation.scoring import Scorer
 from stack.simulation.simulated_time import START, Delivery, SimulatedStack, session_id

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-import socket
 import subprocess
 import sys
 import time
@@ -12,14 +11,8 @@ from contextlib import ExitStack
 
 from shared import bus as buses
 from shared.bus import Bus, BusOptions
+from shared.runtime.free_port import free_port
 from stack.credentials.local_secret import find_local_secret
-
-
-def free_port() -> int:
-    """A port of 127.0.0.1 that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def until(condition: Callable[[], object], seconds: float = 10.0) -> None:

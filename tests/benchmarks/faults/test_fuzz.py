@@ -26,7 +26,6 @@ from hypothesis import strategies as st
 
 from benchmarks.faults.hostile_messages import DRAWING, Messages, hostile, ordinary_run
 from benchmarks.faults.hostile_publisher import open_session, put
-from benchmarks.live_stack import free_port
 from benchmarks.speed.pages import OpenPages
 from dashboard.options import DashboardOptions
 from dashboard.service import build as build_dashboard
@@ -35,6 +34,7 @@ from lariat.trajectory import SECOND
 from shared import bus as buses
 from shared.bus import BusOptions
 from shared.bus.message_check import PROTOBUF_ENCODING, MessageCheck
+from shared.runtime.free_port import free_port
 from shared.runtime.service import Mailbox, Received, Service
 from shared.topics import ARM_STATE, HEALTH, STACK_REQUEST, TASK_STATE, TOPICS, Topic
 from stack import services

@@ -8,7 +8,7 @@ from benchmarks.speed.pages import OpenPages
 from dashboard.options import DashboardOptions
 from dashboard.service import build
 from lariat.scenario import load
-from tests.browser.stack import free_port
+from shared.runtime.free_port import free_port
 from tests.dashboard.stage import Stage
 
 

@@ -15,9 +15,10 @@ import pytest
 from dashboard.options import DashboardOptions
 from dashboard.web import connections
 from dashboard.web.site import Site
+from shared.runtime.free_port import free_port
 from tests.dashboard.web.test_web_server import Arms
 from tests.dashboard.web.visitor import Visitor
-from tests.shared.cell import free_port, until
+from tests.shared.cell import until
 
 pytestmark = pytest.mark.live
 

@@ -18,9 +18,10 @@ from dashboard.service import DashboardService, build
 from dashboard.web import browser_messages, relay
 from lariat.scenario import load
 from shared.messages import ArmCommand
+from shared.runtime.free_port import free_port
 from tests.dashboard.stage import Stage
 from tests.dashboard.web.visitor import Visitor
-from tests.shared.cell import free_port, until
+from tests.shared.cell import until
 
 pytestmark = pytest.mark.live
 

@@ -18,9 +18,10 @@ from dashboard.web import cell_socket, relay, web_server
 from dashboard.web.cell_socket import Approach, HoldAnswer
 from dashboard.web.site import Site
 from lariat.configuration import ConfigurationError
+from shared.runtime.free_port import free_port
 from tests.dashboard.web.listeners import tcp_listeners
 from tests.dashboard.web.visitor import Visitor
-from tests.shared.cell import free_port, until
+from tests.shared.cell import until
 
 pytestmark = pytest.mark.live
 

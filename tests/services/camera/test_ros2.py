@@ -14,7 +14,8 @@ from shared.ros2.node import Node
 from shared.ros2.outputs import outputs
 from shared.ros2.types import header, ros
 from shared.ros2.wire import SENSOR
-from tests.shared.cell import free_port, until
+from shared.runtime.free_port import free_port
+from tests.shared.cell import until
 
 WIDTH, HEIGHT = 8, 6
 IMAGE, INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"

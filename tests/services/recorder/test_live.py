@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -17,16 +16,11 @@ from shared.bus import BusOptions
 from shared.messages import IDLE, RUNNING, NodeChain, TaskState
 from shared.recording import Recording
 from shared.runtime.clock import SystemClock
+from shared.runtime.free_port import free_port
 from tests.services.recorder.test_service import TEXT
 from tests.shared.cell import until
 
 pytestmark = pytest.mark.live
-
-
-def free_port() -> int:
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return listener.getsockname()[1]
 
 
 def recorder_command(folder: Path, hub: str, *options: str) -> list[str]:

@@ -20,9 +20,10 @@ from shared.messages import ArmCommand, ArmStates, Obstacle, Scene
 from shared.ros2.actions import ActionClient, ClientGoal, Status
 from shared.ros2.node import Node
 from shared.ros2.types import FOLLOW_TRAJECTORY, duration, header, ros
+from shared.runtime.free_port import free_port
 from shared.runtime.service import Mailbox, Publication, Received
 from tests.robots import UR5
-from tests.shared.cell import free_port, until
+from tests.shared.cell import until
 
 TICK = 8_000_000
 SCENARIO = load_with("fixed-end", UR5.settings("right"))

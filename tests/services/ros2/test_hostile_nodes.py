@@ -33,13 +33,14 @@ from shared.ros2.types import (
     time as stamp_of,
 )
 from shared.ros2.wire import Attachment
+from shared.runtime.free_port import free_port
 from shared.runtime.service import Mailbox, Received
 from tests.robots import UR5
 from tests.services.camera.test_ros2 import image, info
 from tests.services.ros2.test_arm_action import NAMES, POINT
 from tests.services.ros2.test_arm_action import goal as trajectory_goal
 from tests.services.ros2.test_service import collision_object, goal, solid
-from tests.shared.cell import free_port, until
+from tests.shared.cell import until
 
 PERIOD = 33_333_333
 TRIGGER = "std_srvs/srv/Trigger"

@@ -42,10 +42,11 @@ from shared.ros2.node import Node
 from shared.ros2.outputs import outputs
 from shared.ros2.types import SHAPE_ROPE, header, nanoseconds, ros, vector
 from shared.ros2.wire import LATCHED, Qos
+from shared.runtime.free_port import free_port
 from shared.runtime.service import Mailbox, Publication, Received
 from shared.topics import Topic
 from stack.credentials.access_control import published_keys
-from tests.shared.cell import free_port, until
+from tests.shared.cell import until
 
 PERIOD = 33_333_333
 TRIGGER = "std_srvs/srv/Trigger"

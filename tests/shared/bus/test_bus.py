@@ -18,9 +18,10 @@ from shared import bus as buses
 from shared import topics
 from shared.bus import BusError, BusOptions
 from shared.messages import Health, NodeChain, TaskRequest, TaskState
+from shared.runtime.free_port import free_port
 from shared.topics import RawImage
 from shared.version import MESSAGE_VERSION
-from tests.shared.cell import Cell, free_port, until
+from tests.shared.cell import Cell, until
 
 pytestmark = pytest.mark.live
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 
 from shared.ros2.node import Node
-from tests.shared.cell import free_port
+from shared.runtime.free_port import free_port
 
 
 class Graph:

@@ -13,7 +13,8 @@ from shared.bus import BusError
 from shared.ros2.node import HEARTBEAT, REQUEST_CAPACITY, Node
 from shared.ros2.types import decoded, encoded, ros
 from shared.ros2.wire import LATCHED, Attachment, Qos
-from tests.shared.cell import free_port, until
+from shared.runtime.free_port import free_port
+from tests.shared.cell import until
 from tests.shared.ros2.graph import Graph
 
 pytestmark = pytest.mark.live

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import inspect
 import json
-import socket
 import stat
 import time
 from collections.abc import Callable, Iterator
@@ -18,6 +17,7 @@ from shared import bus as buses
 from shared import topics
 from shared.bus import Bus, BusOptions, Unreachable
 from shared.messages import ArmCommand
+from shared.runtime.free_port import free_port
 from shared.topics import Topic
 from stack.credentials.access_control import (
     SERVICES,
@@ -41,9 +41,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def endpoint() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tls/127.0.0.1:{probe.getsockname()[1]}"
+    return f"tls/127.0.0.1:{free_port()}"
 
 
 @pytest.fixture

@@ -16,9 +16,10 @@ from shared import bus as buses
 from shared import topics
 from shared.bus import BusOptions, Unreachable
 from shared.messages import TaskRequest
+from shared.runtime.free_port import free_port
 from stack import client
 from stack.credentials.local_secret import find_local_secret, local_secret, port_lock
-from tests.shared.cell import free_port, until
+from tests.shared.cell import until
 
 
 @pytest.fixture(autouse=True)

@@ -18,12 +18,13 @@ from lariat.scenario.sections import DRIVERS, Limits
 from services.robot_gateway.drivers.joint_arm import JointArmDriver
 from services.robot_gateway.drivers.ros2 import POINT_PERIOD, Ros2Arm
 from shared.ros2.types import ros
+from shared.runtime.free_port import free_port
 from tests.robots import UR5
 from tests.services.robot_gateway.drivers.trajectory_controller import (
     CONTROLLER,
     TrajectoryController,
 )
-from tests.shared.cell import free_port, until
+from tests.shared.cell import until
 
 pytestmark = pytest.mark.live
 

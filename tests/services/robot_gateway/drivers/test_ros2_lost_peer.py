@@ -26,11 +26,11 @@ from services.robot_gateway.drivers.ros2 import SILENCE
 from services.robot_gateway.service import build
 from shared import topics
 from shared.messages import ArmCommand, ArmSetpoints, ArmStates, Setpoints
+from shared.runtime.free_port import free_port
 from shared.runtime.service import Inbox, Received
 from tests.robots import UR5
 from tests.services.robot_gateway.cells import stopping
 from tests.services.robot_gateway.drivers.trajectory_controller import CONTROLLER
-from tests.shared.cell import free_port
 
 pytestmark = pytest.mark.live
 

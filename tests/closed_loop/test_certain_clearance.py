@@ -7,7 +7,12 @@ import numpy as np
 from shared import topics
 from tests.closed_loop.loop import run
 
-UNKNOWN = ("control.adapt=true", "plant.rope.youngs_modulus=2e6", "sensing.node_noise=0.001")
+UNKNOWN = (
+    "control.adapt=true",
+    "plant.rope.youngs_modulus=2e6",
+    "sensing.source=truth",
+    "sensing.node_noise=0.001",
+)
 
 
 def test_path_that_may_come_too_near_is_replaced_by_a_slower_one_with_more_room() -> None:

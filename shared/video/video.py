@@ -49,8 +49,8 @@ INSET_MARGIN = 0.015
 """Distance of the camera's image from the edges, in the width of the picture [-]."""
 TEXT_COLOR = (235, 235, 235)
 """Colour of text: blue, green, red."""
-FONT = "sans"
-"""Font of OpenCV."""
+FONT, TEXT_WEIGHT = "sans", 400
+"""Font of OpenCV, and its weight."""
 
 
 def write_video(
@@ -120,38 +120,9 @@ def run_pictures(run: RecordedRun, settings: VideoSettings = VIDEO) -> Iterator[
         yield picture
 
 
-def title_card(
-    title: str, lines: Sequence[str], duration: float, settings: VideoSettings = VIDEO
-) -> Iterator[Picture]:
-    """Yield the pictures of a title."""
-    width, height = settings.size
-    picture = np.full((height, width, 3), (40, 33, 30), np.uint8)
-    left, top = width // 10, 2 * height // 5
-    size = height // 10
-    wide = text_width(title, size, bold=True)
-    fitting = min(size, size * (width - 2 * left) // max(wide, 1))
-    write_text(picture, title, (left, top), fitting, bold=True)
-    for k, line in enumerate(lines):
-        write_text(picture, line, (left, top + height // 8 + k * height // 16), height // 26)
-    for _ in range(round(duration * settings.rate)):
-        yield picture
-
-
-def write_text(
-    picture: Picture, text: str, place: tuple[int, int], size: int, bold: bool = False
-) -> None:
+def write_text(picture: Picture, text: str, place: tuple[int, int], size: int) -> None:
     """Write a line of text into a picture, from its lower left corner on [pixels]."""
-    cv2.putText(picture, text, place, TEXT_COLOR, cv2.FontFace(FONT), size, _weight(bold))
-
-
-def text_width(text: str, size: int, bold: bool = False) -> int:
-    """Return the width of a line of text [pixels]."""
-    *_, width, _ = cv2.getTextSize((0, 0), text, (0, 0), cv2.FontFace(FONT), size, _weight(bold))
-    return width
-
-
-def _weight(bold: bool) -> int:
-    return 700 if bold else 400
+    cv2.putText(picture, text, place, TEXT_COLOR, cv2.FontFace(FONT), size, TEXT_WEIGHT)
 
 
 def _viewpoint(run: RecordedRun, size: tuple[int, int]) -> tuple[Viewpoint, Rectangle]:

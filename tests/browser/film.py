@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
+import numpy as np
 import tyro
 
 from shared.recording import Recording
@@ -41,6 +42,24 @@ TITLE_TIME = 4.0
 """Time for which a title is shown [s]."""
 REPEATS = 5
 """Pictures of the video for each picture of the page, which then plays at about half speed."""
+
+
+def title_card(
+    title: str, lines: Sequence[str], duration: float, settings: VideoSettings = FILM
+) -> Iterator[Picture]:
+    """Yield the pictures of a title."""
+    width, height = settings.size
+    picture = np.full((height, width, 3), (40, 33, 30), np.uint8)
+    left, top, bold = width // 10, 2 * height // 5, (cv2.FontFace(video.FONT), 700)
+    size = height // 10
+    *_, wide, _ = cv2.getTextSize((0, 0), title, (0, 0), bold[0], size, bold[1])
+    fitting = min(size, size * (width - 2 * left) // max(wide, 1))
+    cv2.putText(picture, title, (left, top), video.TEXT_COLOR, bold[0], fitting, bold[1])
+    for k, line in enumerate(lines):
+        place = (left, top + height // 8 + k * height // 16)
+        video.write_text(picture, line, place, height // 26)
+    for _ in range(round(duration * settings.rate)):
+        yield picture
 
 
 @dataclass(frozen=True)
@@ -174,10 +193,8 @@ def pictures(recordings: dict[str, Path], page: list[Path]) -> Iterator[Picture]
         recordings: Recordings by scenario.
         page: Pictures of the page.
     """
-    yield from video.title_card(
-        "Lariat", ("Shaping ropes and cables with a robot",), TITLE_TIME, FILM
-    )
-    yield from video.title_card(
+    yield from title_card("Lariat", ("Shaping ropes and cables with a robot",), TITLE_TIME, FILM)
+    yield from title_card(
         "The page",
         ("Set a goal, press Start, watch rope, path, camera and plots.",),
         TITLE_TIME,
@@ -188,10 +205,10 @@ def pictures(recordings: dict[str, Path], page: list[Path]) -> Iterator[Picture]
         for _ in range(REPEATS):
             yield picture
     for scene in SCENES:
-        yield from video.title_card(scene.title, scene.lines, TITLE_TIME, FILM)
+        yield from title_card(scene.title, scene.lines, TITLE_TIME, FILM)
         run = RecordedRun(Recording.open(recordings[scene.scenario]))
         yield from video.run_pictures(run, FILM)
-    yield from video.title_card(
+    yield from title_card(
         "Lariat",
         (
             "All runs are simulated and shown in real time.",

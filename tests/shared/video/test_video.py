@@ -18,6 +18,7 @@ from shared.video import gif, video
 from shared.video.picture import ARM, GOAL, OTHER_ROPE, ROPE, SKY, Renderer
 from shared.video.recorded_run import Instant, RecordedRun
 from shared.video.video import VideoSettings
+from tests.browser.film import title_card
 
 RECORDING = Path(__file__).parents[2] / "replay" / "three-cylinders.mcap"
 SIZE = (160, 96)
@@ -160,7 +161,7 @@ def _durations(picture: Image.Image):
 @pytest.mark.parametrize("title", ["Twist", "Obstacles that stand elsewhere than they should"])
 def test_a_title_ends_within_the_picture(title: str):
     settings = VideoSettings(size=(480, 270), rate=5)
-    (picture,) = video.title_card(title, (), 0.2, settings)
+    (picture,) = title_card(title, (), 0.2, settings)
     written = np.flatnonzero((picture != picture[0, 0]).any(axis=(0, 2)))
     assert len(written) > 20
     assert written.max() < 0.92 * settings.size[0]

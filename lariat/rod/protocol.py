@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol, overload
+from typing import Protocol
 
 import numpy as np
 from jaxtyping import Float64
@@ -50,25 +50,18 @@ class DifferentiableRod(Protocol):
         """Return the straight rod at rest from one point towards another [m]."""
         ...
 
-    @overload
-    def rollout(self, spec: RolloutSpec[RodState]) -> Rollout: ...
-    @overload
-    def rollout(self, spec: RolloutSpec[Sequence[RodState]]) -> list[Rollout]: ...
+    def rollout(self, spec: RolloutSpec[RodState]) -> Rollout:
+        """Simulate the rod."""
+        ...
 
-    @overload
     def gradient(
         self,
         spec: RolloutSpec[RodState],
         d_cost_d_positions: Float64[np.ndarray, "H n 3"] | CostGradient,
         parameters: tuple[str, ...] = ...,
-    ) -> Gradient: ...
-    @overload
-    def gradient(
-        self,
-        spec: RolloutSpec[Sequence[RodState]],
-        d_cost_d_positions: Float64[np.ndarray, "B H n 3"] | CostGradient,
-        parameters: tuple[str, ...] = ...,
-    ) -> list[Gradient]: ...
+    ) -> Gradient:
+        """Simulate the rod and differentiate a cost of its positions."""
+        ...
 
     def rest(
         self,

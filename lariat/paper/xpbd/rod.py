@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import overload
 
 import numpy as np
 from jaxtyping import Float64
@@ -23,11 +22,12 @@ from lariat.paper.xpbd import rest
 from lariat.paper.xpbd.launch.inputs import pack_constants, prepare, write_adjoint_seed
 from lariat.paper.xpbd.launch.kernel_launch import launch
 from lariat.paper.xpbd.launch.outputs import read_gradient, read_positions, read_rollout
+from lariat.paper.xpbd.launch.sizes import Sizes
 from lariat.paper.xpbd.model import DEFAULT_ITERATIONS, XpbdRodModel
 from lariat.paper.xpbd.parameters import PARAMETERS, check_parameters
 from lariat.paper.xpbd.properties import XpbdProperties
 from lariat.rod import initial_shapes
-from lariat.rod.launch.buffers import BufferPool
+from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
 from lariat.rod.model import End
 from lariat.rod.results import Gradient, Rest, Rollout
 from lariat.rod.rollout_spec import CostGradient, RolloutSpec
@@ -103,78 +103,50 @@ class XpbdRod:
         """Return the straight rod at rest from one point towards another [m]; as `Rod.straight`."""
         return initial_shapes.straight(self.model, left_point, right_point)
 
-    @overload
-    def rollout(self, spec: RolloutSpec[RodState]) -> Rollout: ...
-    @overload
-    def rollout(self, spec: RolloutSpec[Sequence[RodState]]) -> list[Rollout]: ...
-    def rollout(
-        self, spec: RolloutSpec[RodState] | RolloutSpec[Sequence[RodState]]
-    ) -> Rollout | list[Rollout]:
+    def rollout(self, spec: RolloutSpec[RodState]) -> Rollout:
         """Simulate the rod.
 
         Args:
-            spec: Roll-out of one rod or of a batch.
+            spec: Roll-out of one rod.
 
         Returns:
-            The motion; for a batch, a list of them. Sweeps are counted, not judged: `converged`
-            says only that all numbers are finite.
+            The motion. Sweeps are counted, not judged: `converged` says only that all numbers are
+            finite.
 
         Raises:
             ValueError: The specification does not fit the rod.
         """
-        buffers = prepare(self.model, self._constants, self._pool, spec, with_tape=False)
+        buffers = self._prepare(spec, with_tape=False)
         launch(buffers, forward=True, backward=False)
-        rollouts = [read_rollout(buffers, b) for b in range(len(spec.states))]
-        return rollouts if spec.is_batch else rollouts[0]
+        return read_rollout(buffers, 0)
 
-    @overload
     def gradient(
         self,
         spec: RolloutSpec[RodState],
         d_cost_d_positions: Float64[np.ndarray, "H n 3"] | CostGradient,
         parameters: tuple[str, ...] = PARAMETERS,
-    ) -> Gradient: ...
-    @overload
-    def gradient(
-        self,
-        spec: RolloutSpec[Sequence[RodState]],
-        d_cost_d_positions: Float64[np.ndarray, "B H n 3"] | CostGradient,
-        parameters: tuple[str, ...] = PARAMETERS,
-    ) -> list[Gradient]: ...
-    def gradient(
-        self,
-        spec: RolloutSpec[RodState] | RolloutSpec[Sequence[RodState]],
-        d_cost_d_positions: Float64[np.ndarray, "*B H n 3"] | CostGradient,
-        parameters: tuple[str, ...] = PARAMETERS,
-    ) -> Gradient | list[Gradient]:
+    ) -> Gradient:
         """Simulate the rod and differentiate a cost of its positions, back through every sweep.
 
         Args:
-            spec: Roll-out of one rod or of a batch.
+            spec: Roll-out of one rod.
             d_cost_d_positions: Gradient of the cost with respect to the positions [1/m], or a
                 function that returns it for the positions of the roll-out; the function is called
                 between the forward and the backward launch.
             parameters: Names of the parameters to differentiate in, as in `PARAMETERS`.
 
-        Returns:
-            The motion and the gradient; for a batch, a list of them.
-
         Raises:
             ValueError: The specification does not fit the rod, or a parameter is unknown.
         """
         check_parameters(parameters)
-        buffers = prepare(self.model, self._constants, self._pool, spec, with_tape=True)
-        if callable(d_cost_d_positions):
+        buffers = self._prepare(spec, with_tape=True)
+        stepped = callable(d_cost_d_positions)
+        if stepped:
             launch(buffers, forward=True, backward=False)
-            positions = read_positions(buffers)
-            seed = d_cost_d_positions(positions if spec.is_batch else positions[0])
-        else:
-            seed = d_cost_d_positions
-        seed = np.asarray(seed, float)
-        write_adjoint_seed(buffers, seed if spec.is_batch else seed[None])
-        launch(buffers, forward=not callable(d_cost_d_positions), backward=True)
-        gradients = [read_gradient(buffers, b, parameters) for b in range(len(spec.states))]
-        return gradients if spec.is_batch else gradients[0]
+            d_cost_d_positions = d_cost_d_positions(read_positions(buffers)[0])
+        write_adjoint_seed(buffers, np.asarray(d_cost_d_positions, float)[None])
+        launch(buffers, forward=not stepped, backward=True)
+        return read_gradient(buffers, 0, parameters)
 
     def rest(
         self,
@@ -200,3 +172,11 @@ class XpbdRod:
         """
         damped = self.with_properties(rest.heavily_damped(self.properties, dt))
         return rest.find_rest(self.model, damped.rollout, left, right, guess, obstacles, dt)
+
+    def _prepare(self, spec: RolloutSpec[RodState], with_tape: bool) -> LaunchBuffers[Sizes]:
+        if spec.is_batch:
+            raise ValueError(
+                f"the paper's rod rolls out one rod at a time, got a batch of {len(spec.states)}; "
+                "roll them out one after the other"
+            )
+        return prepare(self.model, self._constants, self._pool, spec, with_tape=with_tape)

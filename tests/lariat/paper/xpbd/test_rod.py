@@ -106,6 +106,8 @@ def test_bad_input_is_rejected_by_name() -> None:
         rod.rollout(RolloutSpec(state, np.nan * still, 0.01))
     with pytest.raises(ValueError, match=r"dt.*\[0\.01\]"):
         rod.rollout(RolloutSpec(state, still, np.array([0.01])))  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="a batch of 2"):
+        rod.rollout(RolloutSpec([state, state], np.stack([still, still]), 0.01))  # type: ignore[arg-type]
     wrong = replace(state, positions=np.zeros((9, 3)))
     with pytest.raises(ValueError, match=r"state\.positions.*\(10, 3\)"):
         rod.rollout(RolloutSpec(wrong, still, 0.01))

@@ -14,19 +14,16 @@ from lariat.geometry.poses import Pose
 from lariat.safety.constraints.motion_constraints import CellBoundaries
 from lariat.safety.guard.consent import SignOfLife
 from lariat.safety.guard.force_limit import ForceLimit
-from lariat.safety.guard.operator_commands import OperatorCommand
 from lariat.safety.motion.follower import SetpointFollower
 from lariat.scenario.sections import Limits
-from lariat.trajectory import SetpointChunk
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.drivers.cr5.driver import Cr5Driver
 from services.robot_gateway.drivers.ideal import FixedDriver
 from services.robot_gateway.status import CellStatus
-from services.robot_gateway.writer_control import WriterChunk
 from stack.simulation.emulated_arms import MemoryLink
-from tests.services.robot_gateway.cells import ALONG_X, BOOT, LIMITS, START, TICK, stopping
+from tests.services.robot_gateway.cells import ALONG_X, BOOT, LIMITS, START, TICK, Driven
 
 BASE = Pose(np.array([0.72, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0]))
 TOOL = Pose(np.array([0.0, 0.0, 0.12]), np.array([0.0, 1.0, 0.0, 0.0]))
@@ -36,7 +33,7 @@ GRIPS = (
 )
 
 
-class ArmWorld:
+class ArmWorld(Driven):
     """A cell, its clock, and the emulator's own log of joint motion."""
 
     def __init__(
@@ -100,11 +97,6 @@ class ArmWorld:
         self.joint_speeds.append((self.seconds, speed))
         return self.report
 
-    def run(self, seconds: float) -> CellStatus:
-        for _ in range(round(seconds / 0.008)):
-            self.step()
-        return self.report
-
     def until_ready(self) -> None:
         """Until the arm is armed, enabled and may move."""
         for _ in range(500):
@@ -127,42 +119,6 @@ class ArmWorld:
         """Command the approach over the distance that is shown, and hold the button."""
         self.held_command = f"command-{self._command + 1}"
         return self.command("approach")
-
-    def follow(
-        self,
-        path: Callable[[float], np.ndarray],
-        seconds: float,
-        since: int | None = None,
-        session: str = "writer",
-    ) -> CellStatus:
-        """Chunks along `path`(s since `since`), 20 ms apart."""
-        since = since or self.now
-        end, due = self.now + round(seconds * 1e9), self.now
-        while self.now < end:
-            if self.now >= due:
-                times = (self.now - since) * 1e-9 + 0.02 * np.arange(16)
-                points = stopping(np.array([[path(t)] for t in times]))
-                turns = np.tile(ALONG_X, (len(points), 1, 1))
-                chunk = SetpointChunk(self.now, 0.02, points, turns)
-                self.cell.take_chunks([WriterChunk(chunk, session, self._sequence, self.now)])
-                self._sequence += 1
-                due += 20_000_000
-            self.step()
-        return self.report
-
-    def command(self, action: str, **changes: object) -> str:
-        self._command += 1
-        values = {
-            "id": f"command-{self._command}",
-            "boot": BOOT,
-            "answers": self.now,
-            "action": action,
-            "session": self.report.next_session,
-            "distance": self.report.approach_distance,
-            "angle": self.report.approach_angle,
-        }
-        self.cell.take_command(OperatorCommand(**{**values, **changes}), self.now)
-        return self.step().rejection
 
 
 def circle(centre: np.ndarray, radius: float, speed: float) -> Callable[[float], np.ndarray]:

@@ -29,7 +29,89 @@ TOLERANCES = ChunkTolerances(poses=200, longest_span=10.0)
 """Tolerances of the cells, to which tests send whole ways in one chunk."""
 
 
-class World:
+class Driven:
+    """Writer of a cell's setpoints, and a person at it."""
+
+    cell: Cell
+    report: CellStatus
+    now: int
+    _sequence: int
+    _command: int
+
+    def step(self) -> CellStatus:
+        """One tick."""
+        raise NotImplementedError
+
+    def run(self, seconds: float) -> CellStatus:
+        """Ticks without a message."""
+        for _ in range(round(seconds / 0.008)):
+            self.step()
+        return self.report
+
+    def follow(
+        self,
+        path: Callable[[float], np.ndarray],
+        seconds: float,
+        since: int | None = None,
+        session: str = "writer",
+    ) -> CellStatus:
+        """Ticks with a chunk along `path`(s since `since`) at every 20 ms or so."""
+        since = since or self.now
+        end = self.now + round(seconds * 1e9)
+        due = self.now
+        while self.now < end:
+            if self.now >= due:
+                self.send(path, since, session)
+                due += 20_000_000
+            self.step()
+        return self.report
+
+    def send(
+        self, path: Callable[[float], np.ndarray], since: int, session: str = "writer"
+    ) -> None:
+        """One chunk of 0.3 s along the path, with a stop behind it."""
+        times = (self.now - since) * 1e-9 + 0.02 * np.arange(16)
+        points = stopping(np.array([path(t) for t in times]))
+        self.send_points(points.reshape(len(points), -1, 3), session)
+
+    def send_points(
+        self,
+        points: np.ndarray,
+        session: str = "writer",
+        sequence: int | None = None,
+        **changes: object,
+    ) -> None:
+        """One chunk of positions of the driven ends: k n 3, 20 ms apart."""
+        orientations = np.broadcast_to(ALONG_X, (*points.shape[:-1], 4)).copy()
+        values = {
+            "start": self.now,
+            "dt": 0.02,
+            "positions": points,
+            "orientations": orientations,
+        }
+        number = self._sequence if sequence is None else sequence
+        self._sequence += 1
+        self.cell.take_chunks(
+            [WriterChunk(SetpointChunk(**{**values, **changes}), session, number, self.now)]
+        )
+
+    def command(self, action: str, **changes: object) -> str:
+        """A person's command; the answer, empty when it was carried out."""
+        self._command += 1
+        values = {
+            "id": f"command-{self._command}",
+            "boot": BOOT,
+            "answers": self.now,
+            "action": action,
+            "session": self.report.next_session,
+            "distance": self.report.approach_distance,
+            "angle": self.report.approach_angle,
+        }
+        self.cell.take_command(OperatorCommand(**{**values, **changes}), self.now)
+        return self.step().rejection
+
+
+class World(Driven):
     """A cell with its clock, and everything that it commanded."""
 
     def __init__(
@@ -72,77 +154,10 @@ class World:
         self.states.append((self.now, self.cell.follower.state))
         return self.report
 
-    def run(self, seconds: float) -> CellStatus:
-        """Ticks without a message."""
-        for _ in range(round(seconds / 0.008)):
-            self.step()
-        return self.report
-
-    def follow(
-        self,
-        path: Callable[[float], np.ndarray],
-        seconds: float,
-        since: int | None = None,
-        session: str = "writer",
-    ) -> CellStatus:
-        """Ticks with a chunk along `path`(s since `since`) at every 20 ms or so."""
-        since = since or self.now
-        end = self.now + round(seconds * 1e9)
-        due = self.now
-        while self.now < end:
-            if self.now >= due:
-                self.send(path, since, session)
-                due += 20_000_000
-            self.step()
-        return self.report
-
-    def send(
-        self, path: Callable[[float], np.ndarray], since: int, session: str = "writer"
-    ) -> None:
-        """One chunk of 0.3 s along the path, with a stop behind it."""
-        times = (self.now - since) * 1e-9 + 0.02 * np.arange(16)
-        self.send_points(stopping(np.array([path(t) for t in times])), session)
-
-    def send_points(
-        self,
-        points: np.ndarray,
-        session: str = "writer",
-        sequence: int | None = None,
-        **changes: object,
-    ) -> None:
-        """One chunk of positions of the driven ends: k n 3, 20 ms apart."""
-        orientations = np.broadcast_to(ALONG_X, (*points.shape[:-1], 4)).copy()
-        values = {
-            "start": self.now,
-            "dt": 0.02,
-            "positions": points,
-            "orientations": orientations,
-        }
-        number = self._sequence if sequence is None else sequence
-        self._sequence += 1
-        self.cell.take_chunks(
-            [WriterChunk(SetpointChunk(**{**values, **changes}), session, number, self.now)]
-        )
-
     def go_on(self) -> None:
         """Acknowledge a stop, and resume."""
         assert self.command("acknowledge") == ""
         assert self.command("resume") == ""
-
-    def command(self, action: str, **changes: object) -> str:
-        """A person's command; the answer, empty when it was carried out."""
-        self._command += 1
-        values = {
-            "id": f"command-{self._command}",
-            "boot": BOOT,
-            "answers": self.now,
-            "action": action,
-            "session": self.report.next_session,
-            "distance": self.report.approach_distance,
-            "angle": self.report.approach_angle,
-        }
-        self.cell.take_command(OperatorCommand(**{**values, **changes}), self.now)
-        return self.step().rejection
 
 
 def stopping(points: np.ndarray, deceleration: float = 1.2) -> np.ndarray:

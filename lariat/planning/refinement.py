@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float64
 
 from lariat.planning.arms.arm_check import LEAST_LINK_MARGIN
 from lariat.planning.path_check import CLEARANCE_TOLERANCE
 from lariat.planning.path_optimization.block_path import blocks_of
 from lariat.planning.path_optimization.optimizer import PathCandidate, PathOptimizer
 from lariat.planning.problem import Problem, WholePath
-from lariat.planning.retiming import retime
+from lariat.planning.retiming import CLOSE_PACES, PACES, retime
 from lariat.planning.seeds import seed_paths
 from lariat.planning.tree_search.search import TreePath
 
@@ -21,7 +20,7 @@ WIDER_ITERATIONS = 5
 RESERVE_PER_SHORTFALL = 1.3
 """Reserve that is added per clearance lost in motion [-]."""
 MIN_DIFFERENCE = 0.04
-"""Distance of the grips halfway above which two candidates are different paths [m]."""
+"""Motion of the grips halfway, beyond which two candidates are different paths [m] or [rad]."""
 
 
 def followed(problem: Problem, tree_path: TreePath) -> tuple[PathOptimizer, PathCandidate]:
@@ -32,9 +31,18 @@ def followed(problem: Problem, tree_path: TreePath) -> tuple[PathOptimizer, Path
 
 
 def refined_path(
-    optimizer: PathOptimizer, start: PathCandidate, iterations: int = ITERATIONS
+    optimizer: PathOptimizer,
+    start: PathCandidate,
+    iterations: int = ITERATIONS,
+    led_arms: list[PathCandidate] | None = None,
 ) -> WholePath:
-    """Return the timed path of a candidate after its refinement."""
+    """Return the timed path of a candidate after its refinement.
+
+    Args:
+        iterations: Largest number of Gauss-Newton iterations.
+        led_arms: Candidates with which the arms could not go as they were, and which have been
+            refined for them: none like one of them is, and this one joins them.
+    """
     problem = optimizer.problem
     candidate = optimizer.refine(start, iterations)
     if problem.variants:
@@ -48,12 +56,18 @@ def refined_path(
         wider = PathOptimizer(problem, optimizer.reserve + lack, optimizer.blocks)
         again = wider.refine(wider.allow_for_uncertainty(candidate), WIDER_ITERATIONS)
         path = max(path, retime(wider, again), key=lambda p: rank(p, optimizer))
-    if path.arm_fault:
+    led_arms = [] if led_arms is None else led_arms
+    if path.arm_fault and not any(_alike(candidate, other) for other in led_arms):
         # Keep the constraints of the arms, too.
+        led_arms.append(candidate)
         around = PathOptimizer(problem, optimizer.reserve, optimizer.blocks, avoid_with_arms=True)
         again = around.refine(around.reevaluate(candidate), iterations)
-        retimed = retime(around, again, link_margin=LEAST_LINK_MARGIN)
-        path = max(path, retimed, key=lambda p: rank(p, optimizer))
+        hopeless = around.wanted_clearance - again.shortfall < around.required_clearance
+        for paces in (PACES, CLOSE_PACES[:1]):
+            # Where links have no room to spare, no corner may be cut.
+            if path.arm_fault and not hopeless:
+                retimed = retime(around, again, LEAST_LINK_MARGIN, paces)
+                path = max(path, retimed, key=lambda p: rank(p, optimizer))
     return path
 
 
@@ -75,13 +89,12 @@ def seed_candidates(optimizer: PathOptimizer, most: int) -> list[PathCandidate]:
     guesses = [optimizer.translated(seed) for seed in seed_paths(optimizer.problem)]
     kept: list[PathCandidate] = []
     for candidate in sorted(guesses, key=lambda guess: guess.cost):
-        here = _halfway(candidate)
-        if all(np.max(np.abs(here - _halfway(k))) > MIN_DIFFERENCE for k in kept):
+        if not any(_alike(candidate, other) for other in kept):
             kept.append(candidate)
     return kept[:most]
 
 
-def _halfway(candidate: PathCandidate) -> Float64[np.ndarray, "2 3"]:
-    """Displacement of both grips halfway [m]."""
-    half = len(candidate.displacements) // 2
-    return np.sum(candidate.displacements[:half, :, :3], axis=0)
+def _alike(first: PathCandidate, second: PathCandidate) -> bool:
+    """Whether the grips are at the same places halfway along two candidates."""
+    halves = [c.displacements[: len(c.displacements) // 2].sum(axis=0) for c in (first, second)]
+    return bool(np.max(np.abs(halves[0] - halves[1])) <= MIN_DIFFERENCE)

@@ -72,9 +72,12 @@ def retime(
     for _ in range(MAX_SLOWER):
         if fault is None or fault.rule not in ("joint_speed", "joint_acceleration"):
             break
-        share *= SLOWER
+        share, before = SLOWER * share, fault
         path = _at_best_pace(optimizer, candidate, paces, share)
         fault = arm_fault(optimizer.problem, path, link_margin)
+        if fault is not None and fault.rule == before.rule and fault.amount >= before.amount:
+            # Joints jump, or wind through a singular pose, at any pace.
+            break
     if fault is None:
         return path
     reason = path.reason or f"blocked: on every path found {fault}"

@@ -68,10 +68,12 @@ class _End:
 class _EndOfArm(_End):
     """End with the links and the base of its arm; derivatives are computed where asked for."""
 
-    def __init__(self, grip: Pose, cover: Spheres, arm: UrdfKinematics, joints: Joints) -> None:
+    def __init__(
+        self, grip: Pose, cover: Spheres, arm: UrdfKinematics, joints: Joints, links: Spheres
+    ) -> None:
         super().__init__(grip, cover)
         self.arm, self.joints = arm, joints
-        (self.link_centres,), self.link_radii = arm.link_spheres(joints[None])
+        (self.link_centres,), self.link_radii = links.centres, links.radii
         base, base_radii = arm.base_spheres
         self.centres = np.concatenate([self.centres, self.link_centres, base])
         self.radii = np.concatenate([self.radii, self.link_radii, base_radii])
@@ -110,8 +112,8 @@ class ArmResiduals:
         """Return the residuals [mm] and their Jacobians by the displacements."""
         whole = path.grips(displacements)
         grips = self._problem.grippers(whole)[1:]
-        residuals: list[Residuals] = []
         twists = {end: path.twists(whole, displacements, end) for end in self._cell.arms}
+        residuals: list[Residuals] = []
         bodies: list[list[_End]] = []
         for end in (0, 1):
             bodies.append([])
@@ -129,24 +131,33 @@ class ArmResiduals:
         """Bodies of an end at each step, with the residuals of its arm if it has one."""
         arm, cell = self._cell.arms.get(end), self._cell
         covers = cell.gripper_spheres(end, grips)
-        joints, last = cell.joints.get(end), np.zeros(3)
-        if arm is not None:
-            last = arm.grip(joints).position
-        for k in range(len(grips)):
-            grip, cover = grips.pair(k)[end], Spheres(covers.centres[k, None], covers.radii)
-            solved = None if arm is None else arm.solve(grip, joints)
-            if arm is None:
+        placed = [
+            (grips.pair(k)[end], Spheres(covers.centres[k, None], covers.radii))
+            for k in range(len(grips))
+        ]
+        if arm is None:
+            for grip, cover in placed:
                 yield _End(grip, cover), []
-            elif solved is None:
+            return
+        path, reached = [cell.joints[end]], []
+        for grip, _ in placed:
+            solved = arm.solve(grip, path[-1])
+            reached.append(solved is not None)
+            path.append(path[-1] if solved is None else solved)
+        centres, radii = arm.link_spheres(np.array(path))
+        values = arm.smallest_singular_values(np.array(path)).tolist()
+        last = arm.grip(path[0]).position
+        for k, (grip, cover) in enumerate(placed):
+            if reached[k]:
+                last, links = grip.position, Spheres(centres[k + 1, None], radii)
+                body = _EndOfArm(grip, cover, arm, path[k + 1], links)
+                yield body, self._of_arm(body, values[k + 1])
+            else:
                 # Back to the last pose in reach.
                 away = MILLIMETRES * (grip.position - last)
                 yield _End(grip, cover), [(away, MILLIMETRES * np.eye(3, 6))]
-            else:
-                joints, last = solved, grip.position
-                body = _EndOfArm(grip, cover, arm, joints)
-                yield body, self._of_arm(body)
 
-    def _of_arm(self, body: _EndOfArm) -> list[TwistRows]:
+    def _of_arm(self, body: _EndOfArm, singular_value: float) -> list[TwistRows]:
         """Residuals of one arm at one step."""
         problem = self._problem
         residuals = []
@@ -158,7 +169,8 @@ class ArmResiduals:
                 residuals.append(
                     (RADIAN_UNIT * lack[bad], sign * RADIAN_UNIT * body.joints_per_twist[bad])
                 )
-        residuals += _singularity(body)
+        if singular_value < MIN_SINGULAR_VALUE + SINGULARITY_MARGIN:
+            residuals.append(_singularity(body, singular_value))
         keep_out = problem.limits.keep_out + LINK_MARGIN
         solids = [o for o in problem.solid if o.shape != "half_space"]
         floors = [o for o in problem.solid if o.shape == "half_space"]
@@ -192,16 +204,13 @@ class ArmResiduals:
         return residuals
 
 
-def _singularity(body: _EndOfArm) -> list[TwistRows]:
-    """Missing least singular value of an arm at one step."""
-    moved = body.joints + JOINT_DIFFERENCE * np.eye(len(body.joints))
-    value, *values = body.arm.smallest_singular_values(np.vstack([body.joints, moved]))
+def _singularity(body: _EndOfArm, value: float) -> TwistRows:
+    """What the least singular value of an arm lacks."""
     lack = MIN_SINGULAR_VALUE + SINGULARITY_MARGIN - value
-    if lack <= 0.0:
-        return []
-    slope = (np.array(values) - value) / JOINT_DIFFERENCE
+    moved = body.joints + JOINT_DIFFERENCE * np.eye(len(body.joints))
+    slope = (body.arm.smallest_singular_values(moved) - value) / JOINT_DIFFERENCE
     by_twist = -SINGULAR_UNIT * slope[None] @ body.joints_per_twist
-    return [(np.array([SINGULAR_UNIT * lack]), by_twist)]
+    return np.array([SINGULAR_UNIT * lack]), by_twist
 
 
 def _near(body: _EndOfArm, obstacles: Sequence[Obstacle], distance: float) -> list[TwistRows]:

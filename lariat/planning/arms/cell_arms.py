@@ -35,6 +35,7 @@ class CellArms:
             kinematics = kinematics_of(scenario, side)
             joints = kinematics.solve_anywhere(start) if kinematics is not None else None
             if kinematics is not None and joints is not None:
+                kinematics.compile()
                 arms[k], start_joints[k] = kinematics, joints
         if not arms:
             return None

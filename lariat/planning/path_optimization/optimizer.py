@@ -27,7 +27,11 @@ from lariat.planning.path_optimization.block_path import (
     BlockDisplacements,
     BlockPath,
 )
-from lariat.planning.path_optimization.grip_residuals import MILLIMETRES, grip_residuals
+from lariat.planning.path_optimization.grip_residuals import (
+    MILLIMETRES,
+    Residuals,
+    grip_residuals,
+)
 from lariat.planning.path_optimization.swept_pairs import SweptPairs, swept_pairs
 from lariat.planning.problem import Problem
 from lariat.rod import RodState, RolloutSpec, count_turns
@@ -83,6 +87,8 @@ class PathCandidate:
     """Largest lack of the wanted clearance, reserve excluded [m]."""
     residuals: Float64[np.ndarray, "r"] = field(repr=False)
     """Weighted residuals [mm]."""
+    grip_residuals: list[Residuals] = field(repr=False)
+    """Those of the grips and arms, with their Jacobians."""
     rope_near: SweptPairs = field(repr=False)
     """Points of the rope with too little clearance to obstacles."""
     support_near: SweptPairs = field(repr=False)
@@ -236,13 +242,16 @@ class PathOptimizer:
         keep = max(problem.clearance, problem.limits.keep_out) + self.reserve
         margins = np.full((len(points) - 1, points.shape[1]), keep)
         gripper = swept_pairs(points, problem.solid, problem.limits.gripper_radius, margins, 0)
+        of_grips = grip_residuals(problem, self._path, displacements, self.reserve)
+        if self._arms is not None:
+            of_grips += self._arms.of_path(self._path, displacements)
         residuals = np.concatenate(
             [
                 MILLIMETRES / np.sqrt(len(miss)) * miss.ravel(),
                 MILLIMETRES * CLEARANCE_WEIGHT * rope.lacks,
                 MILLIMETRES * SUPPORT_WEIGHT * support.lacks,
                 MILLIMETRES * CLEARANCE_WEIGHT * gripper.lacks,
-                *(residual for residual, _ in self._grip_residuals(displacements)),
+                *(residual for residual, _ in of_grips),
             ]
         )
         rope_lack = rope.lacks - self._uncertainty[rope.steps, rope.points]
@@ -255,17 +264,11 @@ class PathOptimizer:
             problem.goal_error(nodes[-1]),
             float(lack) - self.reserve,
             residuals,
+            of_grips,
             rope,
             support,
             gripper,
         )
-
-    def _grip_residuals(
-        self, displacements: BlockDisplacements
-    ) -> list[tuple[np.ndarray, np.ndarray]]:
-        residuals = grip_residuals(self.problem, self._path, displacements, self.reserve)
-        arms = [] if self._arms is None else self._arms.of_path(self._path, displacements)
-        return residuals + arms
 
     def _normal_equations(
         self, candidate: PathCandidate
@@ -301,7 +304,7 @@ class PathOptimizer:
         along[np.arange(len(along)), :, hit.points // 3, :3] = share * hit.normals[:, None, :]
         weight = MILLIMETRES * CLEARANCE_WEIGHT
         rows.append(-weight * along[..., moves].reshape(-1, rows[0].shape[1]))
-        for residual, row in self._grip_residuals(candidate.displacements):
+        for residual, row in candidate.grip_residuals:
             rows.append(row[..., moves].reshape(len(residual), -1))
         jacobian = np.concatenate(rows)
         return jacobian.T @ jacobian, jacobian.T @ candidate.residuals

@@ -17,6 +17,8 @@ ITERATIONS = 12
 """Largest number of Gauss-Newton iterations of a candidate."""
 WIDER_ITERATIONS = 5
 """Largest number of further iterations with a larger reserve."""
+MAX_LED_ARMS = 5
+"""Largest number of candidates that are refined for the arms, too."""
 RESERVE_PER_SHORTFALL = 1.3
 """Reserve that is added per clearance lost in motion [-]."""
 MIN_DIFFERENCE = 0.04
@@ -31,18 +33,9 @@ def followed(problem: Problem, tree_path: TreePath) -> tuple[PathOptimizer, Path
 
 
 def refined_path(
-    optimizer: PathOptimizer,
-    start: PathCandidate,
-    iterations: int = ITERATIONS,
-    led_arms: list[PathCandidate] | None = None,
+    optimizer: PathOptimizer, start: PathCandidate, iterations: int = ITERATIONS
 ) -> WholePath:
-    """Return the timed path of a candidate after its refinement.
-
-    Args:
-        iterations: Largest number of Gauss-Newton iterations.
-        led_arms: Candidates with which the arms could not go as they were, and which have been
-            refined for them: none like one of them is, and this one joins them.
-    """
+    """Return the timed path of a candidate after its refinement."""
     problem = optimizer.problem
     candidate = optimizer.refine(start, iterations)
     if problem.variants:
@@ -56,8 +49,9 @@ def refined_path(
         wider = PathOptimizer(problem, optimizer.reserve + lack, optimizer.blocks)
         again = wider.refine(wider.allow_for_uncertainty(candidate), WIDER_ITERATIONS)
         path = max(path, retime(wider, again), key=lambda p: rank(p, optimizer))
-    led_arms = [] if led_arms is None else led_arms
-    if path.arm_fault and not any(_alike(candidate, other) for other in led_arms):
+    led_arms = optimizer.led_arms
+    known = any(_alike(candidate, other) for other in led_arms)
+    if path.arm_fault and not known and len(led_arms) < MAX_LED_ARMS:
         # Keep the constraints of the arms, too.
         led_arms.append(candidate)
         around = PathOptimizer(problem, optimizer.reserve, optimizer.blocks, avoid_with_arms=True)

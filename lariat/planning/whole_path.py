@@ -79,18 +79,18 @@ def _plan(problem: Problem, clock: PlanningTime) -> WholePath:
     if at_goal := goal_fault(problem):
         return stay(problem, f"unreachable: at the goal itself, {at_goal}")
     candidates = seed_candidates(optimizer, MAX_REFINED)
-    searched, led_arms = None, list[PathCandidate]()
+    searched = None
     if candidates[0].shortfall > MAX_SEED_SHORTFALL:
         # No seed leads through: the trees are tried before one is refined in vain.
-        searched = _search_trees(optimizer, clock, led_arms)
+        searched = _search_trees(optimizer, clock)
         if searched.path is not None and searched.path.reached:
             return searched.path
         if searched.proof:
             return nearest_path(problem, searched.tree_path, candidates, searched.proof)
-    best = _best_path(optimizer, candidates[:1] if searched else candidates, clock, led_arms)
+    best = _best_path(optimizer, candidates[:1] if searched else candidates, clock)
     if best.reached:
         return best
-    searched = searched or _search_trees(optimizer, clock, led_arms)
+    searched = searched or _search_trees(optimizer, clock)
     best = max([best, searched.path or best], key=lambda path: rank(path, optimizer))
     if is_clear(best, optimizer):
         return best
@@ -99,16 +99,13 @@ def _plan(problem: Problem, clock: PlanningTime) -> WholePath:
 
 
 def _best_path(
-    optimizer: PathOptimizer,
-    candidates: Sequence[PathCandidate],
-    clock: PlanningTime,
-    led_arms: list[PathCandidate],
+    optimizer: PathOptimizer, candidates: Sequence[PathCandidate], clock: PlanningTime
 ) -> WholePath:
     """Path of the first candidate with sufficient clearance, or the best of all."""
     sufficient = SUFFICIENT_CLEARANCE * optimizer.wanted_clearance
     paths: list[WholePath] = []
     for candidate in candidates:
-        paths.append(refined_path(optimizer, candidate, led_arms=led_arms))
+        paths.append(refined_path(optimizer, candidate))
         if paths[-1].reached and paths[-1].clearance > sufficient:
             return paths[-1]
         if candidate is not candidates[-1] and clock.is_over():
@@ -128,9 +125,7 @@ class Searched:
     """Reason why there is no path; empty where there may be one."""
 
 
-def _search_trees(
-    optimizer: PathOptimizer, clock: PlanningTime, led_arms: list[PathCandidate]
-) -> Searched:
+def _search_trees(optimizer: PathOptimizer, clock: PlanningTime) -> Searched:
     """Path along which the grips turn, by tree searches for less and less clearance."""
     problem = optimizer.problem
     if not _is_rest_shape(problem):
@@ -155,7 +150,8 @@ def _search_trees(
         tree_path = searches[seed].run(until)
         if tree_path.reaches_goal:
             follower, start = followed(problem, tree_path)
-            paths.append(refined_path(follower, start, TREE_ITERATIONS, led_arms))
+            follower.led_arms = optimizer.led_arms
+            paths.append(refined_path(follower, start, TREE_ITERATIONS))
             if paths[-1].reached and is_clear(paths[-1], optimizer):
                 break
     best = max(paths, key=lambda path: rank(path, optimizer), default=None)

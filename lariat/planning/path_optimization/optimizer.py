@@ -118,6 +118,8 @@ class PathOptimizer:
         self._arms = ArmResiduals(problem) if avoid_with_arms else None
         self.problem = problem
         self.reserve, self.blocks = reserve, blocks
+        self.led_arms: list[PathCandidate] = []
+        """Candidates that arms could not go, and that have been optimized for them."""
         self._path = BlockPath(problem, blocks)
         self._uncertainty = np.zeros((blocks * STEPS_PER_BLOCK, 2 * problem.rod.node_count - 1))
         """Clearance that is added for nodes and edge midpoints at each step [m]."""

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from lariat.planning.arms.arm_check import arm_fault, goal_fault, start_fault
+from lariat.planning.path_optimization.optimizer import PathOptimizer
 from lariat.planning.problem import Problem, WholePath
+from lariat.planning.refinement import refined_path, seed_candidates
 from lariat.planning.whole_path import plan
 from tests.lariat.planning.arms.scenes import AT_THE_GOAL, IN_THE_WAY, two_arms
 
@@ -104,3 +106,13 @@ def test_a_plan_leads_the_links_around_a_post():
     path = plan(problem)
     assert path.reached
     assert arm_fault(problem, path) is None
+
+
+def test_a_way_is_optimized_for_the_arms_once():
+    optimizer = PathOptimizer(two_arms(IN_THE_WAY))
+    (start,) = seed_candidates(optimizer, 1)
+    first, again = (refined_path(optimizer, start) for _ in range(2))
+    assert first.reached
+    assert not again.reached
+    assert again.arm_fault
+    assert len(optimizer.led_arms) == 1

@@ -17,6 +17,7 @@ from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera
 from lariat.perception.centerline.estimate import CenterlineEstimate, RopeDimensions, ShapePrior
 from lariat.perception.centerline.observation import Observation
+from lariat.perception.lines.ridge import Ridge, axis_points
 
 MIN_STRAND_WIDTHS = 2.0
 """Length below which a strand is left out, since it has no direction [rope widths]."""
@@ -27,6 +28,10 @@ CHAIN_HALF_WIDTH = 0.65
 addition to `CHAIN_MARGIN`."""
 CHAIN_MARGIN = 1.5
 """The same [pixels]."""
+DEPTH_HALF_WINDOW = 8
+"""Half the window along a strand over which its depth is averaged [pixels]."""
+MAX_STEP = 0.01
+"""Difference in depth of two neighbouring points of one thing [m]."""
 LENGTH_TOLERANCE = 1.05
 """Factor on the length of a hidden stretch within which a detour through a strand is possible."""
 
@@ -83,7 +88,7 @@ def strands_beside_chain(
     """
     stretches = list(_hidden_stretches(chain, gripped, rope.length / (rope.node_count - 1)))
     foreign, rivals = [], 0.0
-    for strand in _uncovered(view, camera, chain.positions):
+    for strand in _uncovered(view, camera, rope.radius, chain.positions):
         if _is_off(strand, prior):
             foreign.append(strand)
         elif _is_detour(strand, chain):
@@ -93,25 +98,45 @@ def strands_beside_chain(
     return StrandsBeside(foreign, rivals)
 
 
+def between_steps(
+    ridge: Ridge, camera: Camera, radius: float, least: float
+) -> Iterator[BesideStrand]:
+    """Yield the strands of a ridge between steps of its depth, where it leads over another thing.
+
+    Args:
+        ridge: Ridge.
+        camera: Camera of the image.
+        radius: Distance of the axis behind the surface [m].
+        least: Least length of a strand [pixels].
+    """
+    (finite,) = np.nonzero(np.isfinite(ridge.depth))
+    steps = np.abs(np.diff(ridge.depth[finite])) > MAX_STEP
+    for run in np.split(finite, np.flatnonzero(steps) + 1):
+        if len(run) >= least:
+            part = ridge.part(slice(run[0], run[-1] + 1))
+            yield BesideStrand(part.pixels, axis_points(part, camera, radius, DEPTH_HALF_WINDOW))
+
+
 def _uncovered(
-    view: Observation, camera: Camera, nodes: Float64[np.ndarray, "n 3"]
+    view: Observation, camera: Camera, radius: float, nodes: Float64[np.ndarray, "n 3"]
 ) -> Iterator[BesideStrand]:
     """Yield the parts of all strands that a chain does not cover in the image.
 
     Args:
         view: Strands of the frame.
         camera: Camera of the frame.
+        radius: Radius of the rope [m].
         nodes: Nodes of the chain [m].
     """
     dense = camera.project(polylines.resample(nodes, 4 * len(nodes)))[0]
     reach = CHAIN_HALF_WIDTH * view.width + CHAIN_MARGIN
     shortest = MIN_STRAND_WIDTHS * view.width
-    for ridge, points in zip(view.ridges, view.points, strict=True):
+    for ridge in view.ridges:
         distance = polylines.least_distances(ridge.pixels, dense)
         for run in runs(distance > reach):
             wide = np.median(view.width_at(ridge.pixels[run])) > MAX_WIDTHS * view.width
-            if run.stop - run.start >= shortest and not wide:
-                yield BesideStrand(ridge.pixels[run], points[run])
+            if not wide:
+                yield from between_steps(ridge.part(run), camera, radius, shortest)
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,10 @@ class Ridge:
     depth: Float64[np.ndarray, "k"]
     """Robust depth of the surface on the axis [m]; NaN where none was measured nearby."""
 
+    def part(self, run: slice) -> Ridge:
+        """Return a part of it."""
+        return Ridge(self.pixels[run], self.normals[run], self.clear[run], self.depth[run])
+
 
 def extract_ridge(
     strand: Strand, region: Region, depth: UInt16[np.ndarray, "h w"], width: float

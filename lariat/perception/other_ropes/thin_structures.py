@@ -7,7 +7,7 @@ tracker, which tells both apart where they lie on each other.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -17,9 +17,9 @@ from jaxtyping import Float64, UInt8, UInt16
 from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.perception.centerline.estimate import OtherLine
-from lariat.perception.centerline.foreign_strands import BesideStrand
+from lariat.perception.centerline.foreign_strands import BesideStrand, between_steps
 from lariat.perception.centerline.other_lines import join_strands
-from lariat.perception.lines.ridge import Ridge, axis_points, extract_ridge, sample_depth
+from lariat.perception.lines.ridge import extract_ridge, sample_depth
 from lariat.perception.lines.skeleton import trace_strands
 from lariat.perception.other_ropes.foreground_mask import (
     MAX_DIAMETER,
@@ -44,10 +44,6 @@ COARSE_PIXELS = 3.0
 """Width of the held rope in pixels of the images for one in the smaller image [-]."""
 MIN_COLOR_DISTANCE = 40.0
 """Distance of two colours in Lab below which the tracker may take one for the other [-]."""
-DEPTH_HALF_WINDOW = 8
-"""Half the window along a strand over which its depth is averaged [pixels]."""
-MAX_STEP = 0.01
-"""Difference in depth of two neighbouring points of one thing [m]."""
 PROFILE_MARGIN = 6
 """Reach of a profile across a strand beyond its flanks [pixels]."""
 FLANK_LOSS = 0.5
@@ -110,23 +106,17 @@ def _lines(
     if not len(rope_pixels):
         # What is seen might be the held rope itself.
         return []
-    pieces = [
-        piece
-        for strand in trace_strands(region.mask, width)
-        for piece in _without_steps(extract_ridge(strand, region, depth, width), most)
-    ]
-    if not pieces:
+    ridges = [extract_ridge(s, region, depth, width) for s in trace_strands(region.mask, width)]
+    radius = scene.radius - bias
+    strands = [s for ridge in ridges for s in between_steps(ridge, camera, radius, most)]
+    if not strands:
         return []
     color = view.color()
     ours, shown = np.median(color[_at(rope_pixels, color.shape)], axis=0), color[part]
-    strands = [
-        BesideStrand(p.pixels, axis_points(p, camera, scene.radius - bias, DEPTH_HALF_WINDOW))
-        for p in pieces
-        if not _looks_like(p, shown, ours)
-    ]
+    strands = [s for s in strands if not _looks_like(s, shown, ours)]
     seen = []
     for line in join_strands(strands, width):
-        diameter = _diameter(line, depth, camera, scene.radius - bias, most)
+        diameter = _diameter(line, depth, camera, radius, most)
         outward = poses.normalized(camera.rays(line.pixels))
         points = line.points + (0.5 * diameter - scene.radius) * outward
         length = polylines.length(polylines.resample(points, max(2, len(points) // 5)))
@@ -150,23 +140,11 @@ def _cropped(camera: Camera, part: tuple[slice, slice], shape: tuple[int, ...]) 
     return Camera(cropped, camera.T_world_camera)
 
 
-def _without_steps(ridge: Ridge, min_count: int) -> Iterator[Ridge]:
-    """Yield the pieces of a ridge between steps of its depth, where it leads over another thing."""
-    (finite,) = np.nonzero(np.isfinite(ridge.depth))
-    steps = np.abs(np.diff(ridge.depth[finite])) > MAX_STEP
-    for run in np.split(finite, np.flatnonzero(steps) + 1):
-        if len(run) >= min_count:
-            part = slice(run[0], run[-1] + 1)
-            yield Ridge(
-                ridge.pixels[part], ridge.normals[part], ridge.clear[part], ridge.depth[part]
-            )
-
-
 def _looks_like(
-    ridge: Ridge, color: UInt8[np.ndarray, "h w 3"], ours: Float64[np.ndarray, "3"]
+    strand: BesideStrand, color: UInt8[np.ndarray, "h w 3"], ours: Float64[np.ndarray, "3"]
 ) -> bool:
     """Whether a strand has the held rope's colour."""
-    theirs = np.median(color[_at(ridge.pixels, color.shape)], axis=0)
+    theirs = np.median(color[_at(strand.pixels, color.shape)], axis=0)
     both = np.stack([ours, theirs])[None].astype(np.uint8)
     lab = cv2.cvtColor(both, cv2.COLOR_RGB2LAB)[0].astype(float)
     return float(np.linalg.norm(lab[0] - lab[1])) < MIN_COLOR_DISTANCE

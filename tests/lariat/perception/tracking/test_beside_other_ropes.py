@@ -57,6 +57,15 @@ def test_a_rope_of_the_same_colour_that_crosses_is_told_apart(heading: float, li
         assert polylines.length(polylines.resample(line.points, 20)) > 0.35
 
 
+def test_a_rope_far_below_is_not_lifted_towards_ours_where_they_cross() -> None:
+    nodes = curve(3, bend=0.6)
+    other = across(nodes, 0.3, -0.06)
+    for estimate in followed(nodes, other):
+        assert estimate.others
+        for line in estimate.others:
+            assert np.max(polylines.least_distances(line.points, other.nodes)) < 0.01
+
+
 def test_a_rope_that_lies_on_ours_in_the_image_is_followed_with_doubt_only() -> None:
     nodes = curve(3, bend=0.6)
     along = Tube(nodes + np.array([0.004, 0.004, 0.012]), ROPE.radius, WHITE)

@@ -90,7 +90,7 @@ class LengthMean:
         self._frame += 1
         often = self._count < MIN_LENGTH_COUNT
         # Once found wrong, the given length does not return: a chain that changes its length moves.
-        self._given_wrong |= abs(self._ratio - 1.0) > LENGTH_BIAS
+        self._given_wrong |= not often and abs(self._ratio - 1.0) > LENGTH_BIAS
         ratio = self._ratio if self._given_wrong else 1.0
         return ChainLength(ratio, often or self._frame % LENGTH_PERIOD == 0)
 

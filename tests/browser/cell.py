@@ -116,6 +116,8 @@ class Cell(threading.Thread):
         if isinstance(message, ArmCommand) and not self.deaf:
             self._arms = {**self._arms, "last_command": message.id}
         if isinstance(message, RunListRequest):
+            if self.runs is not None:
+                self.runs.last_request = message.id
             self._show_run(message)
         if isinstance(message, GoalListRequest):
             self._keep_goal(message)

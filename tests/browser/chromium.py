@@ -102,7 +102,11 @@ time, the last one of those that come meanwhile."""
 
 
 def drag(page: Page, start: Float64[np.ndarray, "2"], end: Float64[np.ndarray, "2"]) -> None:
-    """Drag from one place of the window to another [pixels], in steps like those of a hand."""
+    """Drag from one place of the window to another [pixels], in steps like those of a hand.
+
+    Notices, which lie above the scene for a while, are waited for.
+    """
+    expect(page.locator(".mantine-Notification-root")).to_have_count(0)
     page.mouse.move(*(start - 3.0))
     page.mouse.move(*start)
     page.wait_for_timeout(400)

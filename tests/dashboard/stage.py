@@ -73,6 +73,7 @@ class Stage:
             reflex.connect(lambda m: self._at_once.append(Publication(reflex.writes, m)))
         self._sequence = 0
         self._kinematics: dict[Side, Any] = {}
+        self._shapes: dict[float, np.ndarray] = {}
 
     def send(self, topic: Topic, message: object) -> None:
         """One message on its way."""
@@ -90,13 +91,17 @@ class Stage:
 
     def nodes(self, fraction: float) -> np.ndarray:
         """The rope on its way from start to goal."""
+        if fraction in self._shapes:
+            return self._shapes[fraction]
         start, goal = (
             np.array([g.position for g in self.scenario.grips(s)])
             for s in (self.scenario.start, self.scenario.goal)
         )
         over = np.array([0.0, 0.0, 0.1 * np.sin(np.pi * fraction)])
         left, right = (1.0 - fraction) * start + fraction * goal + over
-        return hanging(left, right, self.scenario.rope.length, self.scenario.rope.node_count)
+        rope = self.scenario.rope
+        self._shapes[fraction] = hanging(left, right, rope.length, rope.node_count)
+        return self._shapes[fraction]
 
     def set_goal(self, goal: Goal) -> None:
         """Let the controller have another goal than the scenario's."""

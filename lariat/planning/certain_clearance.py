@@ -25,8 +25,10 @@ from lariat.rod import Rod
 
 PROBABILITY = 0.99
 """Probability with which a path keeps its certain clearance [-]."""
-DRAWS = round(1.0 / (1.0 - PROBABILITY)) - 1
-"""Number of ropes of which the nearest is undercut with the rest of that probability."""
+MODEL_SHARE = 0.375
+"""Share of the rest of that probability that is left to errors of the model [-]."""
+DRAWS = round(1.0 / ((1.0 - MODEL_SHARE) * (1.0 - PROBABILITY))) - 1
+"""Number of ropes of which the nearest is undercut with what remains of it."""
 MIN_STRIDE, MAX_STEPS = 4, 75
 """Least number of points of a path per step of a drawn rope, and most steps of a path."""
 NEAREST = 8

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from jaxtyping import Float64
 
 from lariat.control.mpc.motion_kernels import bounds_of, kernel, rows_of
 from lariat.geometry import poses
@@ -20,9 +21,13 @@ from lariat.trajectory import (
     MotionState,
     SetpointChunk,
 )
+from lariat.trajectory.limits import norms
 
 STOP_POINTS = 64
 """Points of a stop for which there is room; one that needs more is computed again."""
+GENTLE_STOP_TIME, LEAST_JERK = 0.25, 1e-9
+"""Time that even a slow motion takes to a stop at the end of its setpoints [s], and least jerk of
+such a stop [m/s^3, rad/s^3]."""
 OVERLAP_POINTS = 3
 """Published points that every chunk repeats before the last one that is kept."""
 
@@ -88,8 +93,15 @@ class SetpointStream:
             motions: New motions, at least one; without them it stops from that point.
         """
         kept = self._kept(commit)
-        begun = [kept] if motions is None else [kept, motions]
-        return self._chunk(commit, *begun, self._stop(begun[-1][-1]))
+        if motions is None:
+            return self._chunk(commit, kept, self._stop(kept[-1], bounds_of(self.limits)))
+        # The end is followed where no chunk comes any more. A sharp stop would throw joints near a
+        # singular pose.
+        last, bounds = motions[-1], bounds_of(self.limits).copy()
+        speed, rate = (norms(v).max(axis=0)[:, 0] for v in (last.twists, last.accelerations))
+        jerk = 4.0 * (speed / GENTLE_STOP_TIME + rate) / GENTLE_STOP_TIME
+        bounds[:, 2] = np.clip(jerk, LEAST_JERK, bounds[:, 2])
+        return self._chunk(commit, kept, motions, self._stop(last, bounds))
 
     def continued(self, commit: int) -> SetpointChunk:
         """Chunk that goes on to the published end.
@@ -100,13 +112,13 @@ class SetpointStream:
         rest = self._motions.between(max(commit + 1 - self._first, 0))
         return self._chunk(commit, self._kept(commit), rest)
 
-    def _stop(self, state: MotionState) -> MotionSequence:
-        """States of a stop from a state, the last one exactly at rest."""
+    def _stop(self, state: MotionState, bounds: Float64[np.ndarray, "2 3"]) -> MotionSequence:
+        """States of a stop from a state within bounds, the last one exactly at rest."""
         count, results = STOP_POINTS, np.empty(1)
         while True:
             motion = np.empty((3, count, *state.twists.shape))
             twists, accelerations = rows_of(state.twists), rows_of(state.accelerations)
-            arrays = twists, accelerations, bounds_of(self.limits), motion.reshape(-1, 3), results
+            arrays = twists, accelerations, bounds, motion.reshape(-1, 3), results
             kernel("stop_grips")(*arrays, self.dt * 1e-9)
             needed = int(results[0])
             if needed <= count:

@@ -67,6 +67,25 @@ def test_chunk_without_new_motions_stops_sooner_than_the_published_one() -> None
     assert published - stopped > 0.04
 
 
+# The limits alone, 2 m/s^2 and 40 m/s^3, stop 0.02 m/s in 0.045 s with 0.9 m/s^2, 0.5 m/s in 0.3 s.
+@pytest.mark.parametrize(
+    ("speed", "duration", "peak"), [(0.0, 0.0, 0.0), (0.02, 0.25, 0.16), (0.5, 0.3, 2.0)]
+)
+def test_setpoints_end_gently_where_they_are_slow(
+    speed: float, duration: float, peak: float
+) -> None:
+    stream = SetpointStream(REST, 0, 20_000_000, Limits())
+    velocity = np.zeros((2, 2, 3))
+    velocity[1, 0, 2] = speed
+    moving = MotionState(REST.positions, REST.orientations, velocity, REST.accelerations)
+    last = stream.index_at(30_000_000) + 1
+    stream.extended(last - 1, sequence([moving]))
+    states = [stream.motion(last + k) for k in range(25)]
+    assert sum(np.any(s.twists) for s in states) == pytest.approx(duration / 0.02, abs=1.0)
+    accelerations = [-s.accelerations[1, 0, 2] for s in states]
+    assert max(accelerations) == pytest.approx(peak, rel=0.1)
+
+
 @pytest.mark.parametrize(("share", "scale"), [(1.0, 0.1), (1.0, 0.0), (0.01, 0.3)])
 def test_stop_is_that_of_its_formula(share: float, scale: float) -> None:
     random, limits = np.random.default_rng(0), Limits().scaled(share)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
+from scipy.ndimage import uniform_filter1d
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera, Intrinsics
@@ -44,10 +45,15 @@ COARSE_PIXELS = 3.0
 """Width of the held rope in pixels of the images for one in the smaller image [-]."""
 MIN_COLOR_DISTANCE = 40.0
 """Distance of two colours in Lab below which the tracker may take one for the other [-]."""
+MIN_CONTRAST = 20.0
+"""Distance in Lab of a line from the ground from which on its colour tells its width [-]."""
+TANGENT_LENGTH = 21
+"""Length over which the points of a line are averaged for its tangents [points]."""
 PROFILE_MARGIN = 6
 """Reach of a profile across a strand beyond its flanks [pixels]."""
 FLANK_LOSS = 0.5
-"""What a profile loses at both flanks together, where depths are mixtures or missing [pixels]."""
+"""What a profile of depth loses at both flanks together, where depths are mixtures or missing
+[pixels]."""
 PROFILE_STEP = 0.1
 """Distance of the points at which a profile is compared with half its height [pixels]."""
 
@@ -116,7 +122,7 @@ def _lines(
     strands = [s for s in strands if not _looks_like(s, shown, ours)]
     seen = []
     for line in join_strands(strands, width):
-        diameter = _diameter(line, depth, camera, radius, most)
+        diameter = _diameter(line, shown, depth, camera, radius, most)
         outward = poses.normalized(camera.rays(line.pixels))
         points = line.points + (0.5 * diameter - scene.radius) * outward
         length = polylines.length(polylines.resample(points, max(2, len(points) // 5)))
@@ -152,6 +158,7 @@ def _looks_like(
 
 def _diameter(
     line: OtherLine,
+    color: UInt8[np.ndarray, "h w 3"],
     depth: UInt16[np.ndarray, "h w"],
     camera: Camera,
     radius: float,
@@ -159,40 +166,66 @@ def _diameter(
 ) -> float:
     """Diameter of a line [m], between the places where its profile has half its height.
 
-    The profile across it is the median over its length, which noise of single depths hardly moves.
+    The profile across it is the median over its length, which noise of single pixels hardly moves:
+    of colour, for depths of near things bleed over what lies behind, or of depth, where the ground
+    has the line's colour.
 
     Args:
         line: The line.
+        color: Colour image.
         depth: Depth image [mm].
-        camera: Camera of the image.
+        camera: Camera of the images.
         radius: Distance from the surface at which the line's points lie [m].
         widest: Largest width of a thin thing [pixels].
     """
     reach = widest // 2 + PROFILE_MARGIN
-    tangents = np.gradient(line.pixels, axis=0)
+    # A tangent that wavers would stretch the profile.
+    tangents = np.gradient(uniform_filter1d(line.pixels, TANGENT_LENGTH, axis=0), axis=0)
     normals = np.stack([tangents[:, 1], -tangents[:, 0]], axis=1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
     offsets = np.arange(-reach, reach + 1)
-    across = sample_depth(depth, line.pixels[:, None] + offsets[:, None] * normals[:, None])
-    near = camera.project(line.points)[1] - radius
-    # Sorted with the missing ones last: medians of masked arrays take ten times as long.
-    behind = np.sort(np.where(across > 0.0, across - near[:, None], np.inf).T, axis=1)
-    count = np.count_nonzero(across, axis=0)
-    measured = count > 0
+    around = line.pixels[:, None] + offsets[:, None] * normals[:, None]
+    near, loss = camera.project(line.points)[1] - radius, 0.0
+    profile = _color_profile(color, around)
+    if np.max(profile) < MIN_CONTRAST:
+        profile, loss = _depth_profile(sample_depth(depth, around), near), FLANK_LOSS
+    measured = np.isfinite(profile)
     if not np.any(measured):
         return np.inf
-    row = np.arange(len(count))
-    profile = 0.5 * (behind[row, (count - 1) // 2] + behind[row, count // 2])
     fine = np.arange(-reach, reach, PROFILE_STEP)
     height = np.interp(fine, offsets[measured], profile[measured])
     outside = height > 0.5 * np.max(height)
     left = np.max(fine[outside & (fine < 0.0)], initial=-reach)
     right = np.min(fine[outside & (fine >= 0.0)], initial=reach)
-    width = right - left + FLANK_LOSS
-    return float(width * np.median(near) / camera.intrinsics.fx)
+    return float((right - left + loss) * np.median(near) / camera.intrinsics.fx)
 
 
-def _at(pixels: Float64[np.ndarray, "k 2"], shape: tuple[int, ...]) -> tuple[np.ndarray, ...]:
+def _color_profile(
+    color: UInt8[np.ndarray, "h w 3"], around: Float64[np.ndarray, "n m 2"]
+) -> Float64[np.ndarray, "m"]:
+    """Distance in Lab from the colour in the middle, from one side of a line to the other."""
+    seen = np.median(color[_at(around, color.shape)], axis=0)
+    lab = cv2.cvtColor(seen[None].astype(np.uint8), cv2.COLOR_RGB2LAB)[0].astype(float)
+    return np.linalg.norm(lab - lab[len(lab) // 2], axis=1)
+
+
+def _depth_profile(
+    across: Float64[np.ndarray, "n m"], near: Float64[np.ndarray, "n"]
+) -> Float64[np.ndarray, "m"]:
+    """Depth behind a line's surface [m], from one side of it to the other; NaN where not measured.
+
+    Args:
+        across: Depths around each point of the line [m], 0 where nothing was measured.
+        near: Depth of its surface [m].
+    """
+    # Sorted with the missing ones last: medians of masked arrays take ten times as long.
+    behind = np.sort(np.where(across > 0.0, across - near[:, None], np.inf).T, axis=1)
+    count, row = np.count_nonzero(across, axis=0), np.arange(across.shape[1])
+    profile = 0.5 * (behind[row, (count - 1) // 2] + behind[row, count // 2])
+    return np.where(count > 0, profile, np.nan)
+
+
+def _at(pixels: Float64[np.ndarray, "*k 2"], shape: tuple[int, ...]) -> tuple[np.ndarray, ...]:
     """Rows and columns of the nearest pixels of an image."""
     at = np.clip(np.rint(pixels).astype(int), 0, np.array(shape[1::-1]) - 1)
-    return at[:, 1], at[:, 0]
+    return at[..., 1], at[..., 0]

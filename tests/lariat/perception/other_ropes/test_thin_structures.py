@@ -14,6 +14,7 @@ from lariat.perception.centerline.estimate import CenterlineEstimate
 from lariat.perception.other_ropes.foreground_mask import KnownScene
 from lariat.perception.other_ropes.other_ropes import SeenLine
 from lariat.perception.other_ropes.thin_structures import RgbdView, thin_structures
+from lariat.simulation.camera.depth_faults import DepthFaults
 from lariat.simulation.camera.rgbd_camera import RGB, RgbdCamera, Tube
 from lariat.simulation.camera.sensor_noise import SensorNoise
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips
@@ -32,12 +33,17 @@ def cable(height: float, diameter: float, color: RGB, bow: float = 0.04) -> Tube
 
 
 def found(
-    *tubes: Tube, known: tuple[Obstacle, ...] = (), seed: int = 1, camera: Camera = CAMERA
+    *tubes: Tube,
+    known: tuple[Obstacle, ...] = (),
+    seed: int = 1,
+    camera: Camera = CAMERA,
+    faults: DepthFaults | None = None,
 ) -> list[SeenLine]:
     """Lines beside a held rope whose nodes are known."""
     grippers = gripper_capsules(*grips(NODES), 0.048, 0.012)
     bodies = [TABLE, POST, *grippers]
-    images = RgbdCamera(camera, seed=seed).take(NODES, ROPE.radius, bodies, tubes=tubes)
+    source = RgbdCamera(camera, seed=seed, faults=faults)
+    images = source.take(NODES, ROPE.radius, bodies, tubes=tubes)
     rope = CenterlineEstimate(NODES, np.full(len(NODES), 5e-4), np.ones(len(NODES), bool))
     view = RgbdView(lambda: images.color, images.depth, camera)
     return thin_structures(view, KnownScene(rope, ROPE.radius, [TABLE, *known], grippers), SIGMA)
@@ -57,6 +63,13 @@ def test_a_cable_of_another_colour_is_one_line(height: float, diameter: float, c
     assert np.median(distances(line, tube)) < 1.5e-3
     assert polylines.length(polylines.resample(line.points, 20)) > 0.35
     assert line.diameter == pytest.approx(diameter, rel=0.3)
+
+
+@pytest.mark.parametrize("bleed", [0, 2])
+def test_diameter_is_that_of_the_colours_where_depth_bleeds(bleed: int) -> None:
+    tube = cable(0.15, 0.005, (200, 40, 30))
+    (line,) = found(tube, known=(POST,), faults=DepthFaults(bleed=bleed))
+    assert line.diameter == pytest.approx(tube.radius * 2.0, rel=0.1)
 
 
 def test_two_cables_that_cross_are_two_lines() -> None:

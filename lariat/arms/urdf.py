@@ -205,6 +205,8 @@ def _bodies(link: ElementTree.Element) -> Iterator[Body]:
 
 
 def _origin(element: ElementTree.Element | None) -> Pose:
+    if element is None:
+        return Pose(np.zeros(3), poses.IDENTITY)
     roll, pitch, yaw = (
         poses.exponential(angle * axis)
         for angle, axis in zip(_numbers(element, "rpy", "0 0 0"), np.eye(3), strict=True)

@@ -63,7 +63,7 @@ def record(path: Path, cameras: str = "", duration: float = 3.0) -> None:
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("calibration") / "run.mcap"
-    record(path)
+    record(path, duration=1.6)
     return path
 
 

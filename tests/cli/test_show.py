@@ -50,8 +50,13 @@ def record(path: Path, seconds: float = 4.0, scenario: Scenario = SCENARIO) -> P
     return path
 
 
-def test_recording_holds_what_the_page_shows(tmp_path: Path) -> None:
-    recording, timeline = show.open_timeline(record(tmp_path / "run.mcap"))
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record(tmp_path_factory.mktemp("runs") / "run.mcap")
+
+
+def test_recording_holds_what_the_page_shows(whole: Path) -> None:
+    recording, timeline = show.open_timeline(whole)
     assert recording.damage == ""
     assert (timeline.start, timeline.end) == (START, START + 39 * SECOND // 10)
     inbox = timeline.jump(START + 2 * SECOND)
@@ -61,8 +66,7 @@ def test_recording_holds_what_the_page_shows(tmp_path: Path) -> None:
     assert errors[-1] < 0.1 * errors[0]
 
 
-def test_cut_recording_is_shown_up_to_the_cut(tmp_path: Path) -> None:
-    whole = record(tmp_path / "run.mcap")
+def test_cut_recording_is_shown_up_to_the_cut(whole: Path, tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(whole.read_bytes()[: 2 * whole.stat().st_size // 3])
     recording, timeline = show.open_timeline(cut)

@@ -42,12 +42,16 @@ def test_a_sliding_joint_moves_along_its_axis(tmp_path: Path):
     path.write_text(
         '<robot name="lift"><link name="base"/><link name="car"/>'
         '<joint name="lift" type="prismatic"><parent link="base"/><child link="car"/>'
-        '<origin xyz="0 0 1"/><axis xyz="0 2 0"/></joint></robot>'
+        '<origin xyz="0 0 1"/><axis xyz="0 2 0"/></joint>'
+        '<link name="hook"/><joint name="bolt" type="fixed"><parent link="car"/>'
+        '<child link="hook"/></joint></robot>'
     )
     lift = Urdf(path)
-    ((parent, child, pose),) = lift.link_poses(lift.chain("car"), [0.25])
+    (parent, child, pose), (*_, without_origin) = lift.link_poses(lift.chain("car"), [0.25])
     assert (parent, child) == ("base", "car")
     np.testing.assert_allclose(pose.position, [0.0, 0.25, 1.0])
+    np.testing.assert_array_equal(without_origin.position, np.zeros(3))
+    np.testing.assert_array_equal(without_origin.orientation, [1.0, 0.0, 0.0, 0.0])
 
 
 def test_longest_chain_that_a_file_may_hold_is_followed_and_no_circle(tmp_path: Path):
